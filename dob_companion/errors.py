@@ -1,0 +1,71 @@
+"""Every error this program raises on purpose, and the exit code it ends with.
+
+::
+
+    DobError
+    ├── InputError (ValueError)              it could not begin            exit 2
+    │   ├── SpecError                        a design spec
+    │   ├── DesignFileError                  a design.json
+    │   ├── ConfigError                      a daemon configuration
+    │   ├── LinkUrlError                     a --link URL
+    │   └── LinkBusyError (OSError)          a port or device that cannot be opened
+    └── RefusedError                         it began; the answer is no    exit 1
+        ├── UnsolvableError (ArithmeticError)  no observer exists for this problem
+        ├── NotCertifiedError (ArithmeticError)  one was found but its proof failed
+        ├── NoVehicleError (TimeoutError)    nobody answered in time
+        └── FlightFailedError (RuntimeError) a flight did not reach its end
+
+Each message is one line that names the file, key or field and says what was expected.
+"""
+
+
+class DobError(Exception):
+    """Base of all errors raised on purpose; `exit_code` is what the command line returns."""
+
+    exit_code = 1
+
+
+class InputError(DobError, ValueError):
+    """The input is unusable, so nothing was begun."""
+
+    exit_code = 2
+
+
+class SpecError(InputError):
+    """A design spec is malformed, mis-shaped or holds an unknown key."""
+
+
+class DesignFileError(InputError):
+    """A design.json is malformed, altered, or not fit to fly."""
+
+
+class ConfigError(InputError):
+    """A daemon configuration is malformed or holds an unknown key."""
+
+
+class LinkUrlError(InputError):
+    """A link URL does not follow `scheme:host:port` or `serial:device:baud`."""
+
+
+class LinkBusyError(InputError, OSError):
+    """A port or device cannot be opened."""
+
+
+class RefusedError(DobError):
+    """The work began and its answer is no."""
+
+
+class UnsolvableError(RefusedError, ArithmeticError):
+    """No observer can solve the problem as posed; the message names the axis and the physics."""
+
+
+class NotCertifiedError(RefusedError, ArithmeticError):
+    """An observer was computed but did not pass its own certificate."""
+
+
+class NoVehicleError(RefusedError, TimeoutError):
+    """No vehicle answered within the time given."""
+
+
+class FlightFailedError(RefusedError, RuntimeError):
+    """A demo or scenario flight ended before it was complete."""
