@@ -30,22 +30,36 @@ def check_flyable(design: DobDesign, rate_hz: float, source: str = "design.json"
 
 
 def _unfit(block: DobBlock) -> str:
-    proof, radius = block.certificate, block.observer.spectral_radius
-    allowed = proof.gamma_backoff * proof.gamma_star
-    if radius >= 1.0:
-        return f"the observer is unstable: spectral radius of A is {radius:.6f}, expected below 1"
+    proof = block.certificate
     if np.any(block.observer.D[:, len(block.axes) :] != 0.0):
         return "D has a direct path from u_e, expected exactly zero (it would close an algebraic loop)"
-    if not proof.gamma <= allowed:
-        return f"certificate failed: gamma is {proof.gamma:.6g}, expected at most {allowed:.6g} (gamma_backoff * gamma_star)"
-    if not proof.closed_loop_spectral_radius < 1.0:
-        return f"certificate failed: closed_loop_spectral_radius is {proof.closed_loop_spectral_radius:.6f}, expected below 1"
-    if not abs(proof.command_leak) <= GREATEST_COMMAND_LEAK:
-        return (
-            f"certificate failed: command_leak is {proof.command_leak:.3g}, expected at most {GREATEST_COMMAND_LEAK:g}"
-        )
-    if not proof.disk_margin >= LEAST_DISK_MARGIN:
-        return f"disk_margin is {proof.disk_margin:.3f}, expected at least {LEAST_DISK_MARGIN}"
-    if not proof.delay_margin_samples >= LEAST_DELAY_MARGIN_SAMPLES:
-        return f"delay_margin_samples is {proof.delay_margin_samples}, expected at least {LEAST_DELAY_MARGIN_SAMPLES}"
-    return ""
+    rho = block.observer.spectral_radius
+    holds = (
+        ("spectral radius of the observer's A", rho, rho < 1.0, "below 1"),
+        (
+            "certified gamma",
+            proof.gamma,
+            proof.gamma <= proof.gamma_backoff * proof.gamma_star,
+            f"at most {proof.gamma_backoff * proof.gamma_star:.6g} (gamma_backoff * gamma_star)",
+        ),
+        (
+            "closed_loop_spectral_radius",
+            proof.closed_loop_spectral_radius,
+            proof.closed_loop_spectral_radius < 1.0,
+            "below 1",
+        ),
+        (
+            "command_leak",
+            proof.command_leak,
+            abs(proof.command_leak) <= GREATEST_COMMAND_LEAK,
+            f"at most {GREATEST_COMMAND_LEAK:g}",
+        ),
+        ("disk_margin", proof.disk_margin, proof.disk_margin >= LEAST_DISK_MARGIN, f"at least {LEAST_DISK_MARGIN:g}"),
+        (
+            "delay_margin_samples",
+            proof.delay_margin_samples,
+            proof.delay_margin_samples >= LEAST_DELAY_MARGIN_SAMPLES,
+            f"at least {LEAST_DELAY_MARGIN_SAMPLES}",
+        ),
+    )
+    return next((f"{name} is {value:.6g}, expected {limit}" for name, value, fits, limit in holds if not fits), "")

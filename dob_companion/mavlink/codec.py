@@ -1,0 +1,180 @@
+"""Bytes from the link to facts. Garbage never raises: it is counted and dropped."""
+
+import struct
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from pymavlink.dialects.v20 import common as mav
+
+from dob_companion.mavlink.facts import (
+    AppliedMoment,
+    CommandAck,
+    CommandForUs,
+    Fact,
+    GyroSample,
+    Heartbeat,
+    ParamRead,
+    ParamWrite,
+    Sender,
+    TimesyncRequest,
+)
+
+AUTOPILOT = mav.MAV_COMP_ID_AUTOPILOT1
+COMPANION = mav.MAV_COMP_ID_ONBOARD_COMPUTER
+
+_INTEGER_FORMATS = {
+    mav.MAV_PARAM_TYPE_UINT8: "<B3x",
+    mav.MAV_PARAM_TYPE_INT8: "<b3x",
+    mav.MAV_PARAM_TYPE_UINT16: "<H2x",
+    mav.MAV_PARAM_TYPE_INT16: "<h2x",
+    mav.MAV_PARAM_TYPE_UINT32: "<I",
+    mav.MAV_PARAM_TYPE_INT32: "<i",
+}
+
+
+@dataclass(slots=True)
+class WireCounters:
+    """What came in and was not used."""
+
+    bad: int = 0
+    """pieces of garbage, wrong checksums and messages of unknown layout"""
+    foreign: int = 0
+    """messages that only our vehicle's autopilot may send, from somebody else"""
+
+
+class Codec:
+    """Parses one link's bytes. Sensor data count only from the autopilot of `system`, once that is known.
+
+    Until then (`system` is None) only heartbeats and parameter traffic get through; the companion learns the
+    vehicle from its heartbeat and sets `system`.
+    """
+
+    def __init__(self, system: int | None = None, *, datagrams: bool = True) -> None:
+        self.system = system
+        self.counters = WireCounters()
+        self._datagrams = datagrams
+        self._parser = _parser()
+
+    def facts(self, data: bytes) -> Iterator[Fact]:
+        """The facts in `data`: one datagram, or any piece of a byte stream."""
+        for message in self._messages(data):
+            read = _READERS.get(message.get_msgId())
+            fact = read(self, message) if read else None
+            if fact is not None:
+                yield fact
+        if self._datagrams and self._parser.buf_len() > 0:  # a torn message must not swallow the next datagram
+            self._bad()
+
+    def _messages(self, data: bytes) -> Iterator[Any]:
+        while True:
+            try:
+                message = self._parser.parse_char(data)
+            except (mav.MAVError, struct.error, ValueError, IndexError):  # robust parsing lets some of these through
+                self._bad()
+                return
+            data = b""
+            if message is None:
+                return
+            if message.get_msgId() < 0:
+                self.counters.bad += 1
+            else:
+                yield message
+
+    def _bad(self) -> None:
+        self.counters.bad += 1
+        self._parser = _parser()
+
+    def from_autopilot(self, message: Any) -> bool:
+        """Whether the message is our vehicle's autopilot speaking; counts it as foreign when it is not."""
+        if message.get_srcSystem() == self.system and message.get_srcComponent() == AUTOPILOT:
+            return True
+        self.counters.foreign += 1
+        return False
+
+    def for_us(self, message: Any) -> bool:
+        """Whether the message targets our component, or every component, of our system (or of any system)."""
+        return message.target_system in (0, self.system) and message.target_component in (0, COMPANION)
+
+
+def _parser() -> Any:
+    parser = mav.MAVLink(None)
+    parser.robust_parsing = True
+    return parser
+
+
+def _sender(message: Any) -> Sender:
+    return Sender(message.get_srcSystem(), message.get_srcComponent())
+
+
+def _gyro(codec: Codec, m: Any) -> Fact | None:
+    if not codec.from_autopilot(m):
+        return None
+    return GyroSample(m.time_usec, (m.xgyro, m.ygyro, m.zgyro))
+
+
+def _moment(codec: Codec, m: Any) -> Fact | None:
+    if m.group_mlx != 0 or not codec.from_autopilot(m):
+        return None
+    c = m.controls
+    return AppliedMoment(m.time_usec, (c[0], c[1], c[2]), (c[4], c[5], c[6]), c[7])
+
+
+def _heartbeat(_codec: Codec, m: Any) -> Fact | None:
+    return Heartbeat(
+        m.get_srcSystem(),
+        m.get_srcComponent(),
+        autopilot=m.autopilot != mav.MAV_AUTOPILOT_INVALID and m.get_srcComponent() == AUTOPILOT,
+        armed=bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED),
+    )
+
+
+def _param_list(codec: Codec, m: Any) -> Fact | None:
+    return ParamRead("", None, m.target_component == COMPANION, _sender(m)) if codec.for_us(m) else None
+
+
+def _param_read(codec: Codec, m: Any) -> Fact | None:
+    if not codec.for_us(m):
+        return None
+    index = m.param_index if m.param_index >= 0 else None
+    return ParamRead("" if index is not None else m.param_id, index, m.target_component == COMPANION, _sender(m))
+
+
+def _param_set(codec: Codec, m: Any) -> Fact | None:
+    if not codec.for_us(m):
+        return None
+    layout = _INTEGER_FORMATS.get(m.param_type)
+    bytewise = struct.unpack(layout, struct.pack("<f", m.param_value))[0] if layout else None
+    return ParamWrite(m.param_id, m.param_value, bytewise, m.target_component == COMPANION, _sender(m))
+
+
+def _command_ack(codec: Codec, m: Any) -> Fact | None:
+    if m.target_component not in (0, COMPANION) or not codec.from_autopilot(m):
+        return None
+    return CommandAck(m.command, m.result == mav.MAV_RESULT_ACCEPTED, m.result)
+
+
+def _command(codec: Codec, m: Any) -> Fact | None:
+    if m.target_component != COMPANION or m.target_system != codec.system:
+        return None
+    return CommandForUs(m.command, _sender(m))
+
+
+def _timesync(codec: Codec, m: Any) -> Fact | None:
+    if m.tc1 != 0 or not codec.from_autopilot(m):
+        return None
+    return TimesyncRequest(m.ts1)
+
+
+_READERS: dict[int, Callable[[Codec, Any], Fact | None]] = {
+    mav.MAVLINK_MSG_ID_HIGHRES_IMU: _gyro,
+    mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET: _moment,
+    mav.MAVLINK_MSG_ID_HEARTBEAT: _heartbeat,
+    mav.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: _param_list,
+    mav.MAVLINK_MSG_ID_PARAM_REQUEST_READ: _param_read,
+    mav.MAVLINK_MSG_ID_PARAM_SET: _param_set,
+    mav.MAVLINK_MSG_ID_COMMAND_ACK: _command_ack,
+    mav.MAVLINK_MSG_ID_COMMAND_LONG: _command,
+    mav.MAVLINK_MSG_ID_COMMAND_INT: _command,
+    mav.MAVLINK_MSG_ID_TIMESYNC: _timesync,
+}

@@ -1,0 +1,97 @@
+"""What the companion takes from the wire, without a trace of MAVLink. Stamps µs of the vehicle's clock."""
+
+from dataclasses import dataclass
+
+Axes3 = tuple[float, float, float]
+"""Roll, pitch, yaw in hover axes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sender:
+    """Whom an answer goes to."""
+
+    system: int
+    component: int
+
+
+@dataclass(frozen=True, slots=True)
+class GyroSample:
+    """y_n(k): body rates in rad/s, measured at `stamp_us`. May be non-finite: the reader must look."""
+
+    stamp_us: int
+    rates: Axes3
+
+
+@dataclass(frozen=True, slots=True)
+class AppliedMoment:
+    """u_e(k): normalized torque acting from `stamp_us` on, correction and saturation included.
+
+    `correction` is the part of it that came from us, `age_samples` how old that part is (negative: none).
+    """
+
+    stamp_us: int
+    moment: Axes3
+    correction: Axes3
+    age_samples: float
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """Somebody is alive. `autopilot` is True for a flight controller."""
+
+    system: int
+    component: int
+    autopilot: bool
+    armed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ParamRead:
+    """A request for one parameter (by name, or by index when the name is empty) or, with neither, for all.
+
+    `addressed` is True when it names our component and not merely everybody.
+    """
+
+    name: str
+    index: int | None
+    addressed: bool
+    sender: Sender
+
+
+@dataclass(frozen=True, slots=True)
+class ParamWrite:
+    """A parameter write. `value` is what a REAL32 reading gives; `bytewise` is the same four bytes as an integer of
+    the sender's type, or None when the sender wrote a real number."""
+
+    name: str
+    value: float
+    bytewise: int | None
+    addressed: bool
+    sender: Sender
+
+
+@dataclass(frozen=True, slots=True)
+class CommandAck:
+    """The vehicle's answer to a command of ours; `accepted` is False for any refusal."""
+
+    command: int
+    accepted: bool
+    result: int
+
+
+@dataclass(frozen=True, slots=True)
+class CommandForUs:
+    """A command that names our component."""
+
+    command: int
+    sender: Sender
+
+
+@dataclass(frozen=True, slots=True)
+class TimesyncRequest:
+    """The vehicle asks for our clock; `ts1_ns` goes back unchanged."""
+
+    ts1_ns: int
+
+
+Fact = GyroSample | AppliedMoment | Heartbeat | ParamRead | ParamWrite | CommandAck | CommandForUs | TimesyncRequest

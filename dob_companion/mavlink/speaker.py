@@ -1,0 +1,158 @@
+"""Intentions to bytes: everything that the companion says, as component 191 of the vehicle's system."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from pymavlink.dialects.v20 import common as mav
+
+from dob_companion.mavlink.codec import AUTOPILOT, COMPANION
+from dob_companion.mavlink.facts import CommandForUs, Sender, TimesyncRequest
+
+CORRECTION_MESSAGES = ("DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET")
+"""The carriers of a correction, by their MAVLink names; the first is the default."""
+
+GYRO_MESSAGE = mav.MAVLINK_MSG_ID_HIGHRES_IMU
+MOMENT_MESSAGE = mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET
+REQUEST_INTERVAL = mav.MAV_CMD_SET_MESSAGE_INTERVAL
+
+_ONE_BYTE_UNKNOWN, _TEMPERATURE_UNKNOWN, _LINK_UNKNOWN = 255, 127, 0xFFFFFFFF
+
+
+class Severity(IntEnum):
+    """STATUSTEXT severities in use (RFC 5424)."""
+
+    CRITICAL = 2
+    WARNING = 4
+    NOTICE = 5
+    INFO = 6
+
+
+class ParamRefusal(IntEnum):
+    """Why a parameter request is refused: MAV_PARAM_ERROR."""
+
+    DOES_NOT_EXIST = 1
+    VALUE_OUT_OF_RANGE = 2
+    READ_ONLY = 5
+
+
+@dataclass(frozen=True, slots=True)
+class ComputerLoad:
+    """What ONBOARD_COMPUTER_STATUS tells about this computer; memory in MiB, uptime in ms."""
+
+    uptime_ms: int
+    ram_usage_mib: int = 0
+    ram_total_mib: int = 0
+
+
+class Speaker:
+    """Packs messages in order, numbered by one sequence. `system` follows the vehicle once it is known."""
+
+    def __init__(self, correction_message: str = CORRECTION_MESSAGES[0]) -> None:
+        self._out = mav.MAVLink(None, srcSystem=1, srcComponent=COMPANION)
+        self._as_debug_vect = correction_message == CORRECTION_MESSAGES[0]
+
+    @property
+    def system(self) -> int:
+        """The system id we speak for, and to."""
+        return int(self._out.srcSystem)
+
+    @system.setter
+    def system(self, system: int) -> None:
+        self._out.srcSystem = system
+
+    def correction(self, stamp_us: int, correction: Sequence[float]) -> bytes:
+        """The answer to the gyro sample of `stamp_us`: roll, pitch, yaw moment to add, normalized torque."""
+        x, y, z = correction
+        if self._as_debug_vect:
+            return self._pack(mav.MAVLink_debug_vect_message(b"DOB_CORR", stamp_us, x, y, z))
+        controls = (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return self._pack(
+            mav.MAVLink_set_actuator_control_target_message(stamp_us, 2, self.system, AUTOPILOT, controls)
+        )
+
+    def heartbeat(self, fault: bool) -> bytes:
+        """We are here; CRITICAL while a fault is latched."""
+        status = mav.MAV_STATE_CRITICAL if fault else mav.MAV_STATE_ACTIVE
+        return self._pack(
+            mav.MAVLink_heartbeat_message(
+                mav.MAV_TYPE_ONBOARD_CONTROLLER, mav.MAV_AUTOPILOT_INVALID, 0, 0, status, mavlink_version=3
+            )
+        )
+
+    def text(self, severity: Severity, text: str) -> bytes:
+        """A STATUSTEXT; what does not fit into its 50 characters is cut."""
+        return self._pack(mav.MAVLink_statustext_message(severity, text.encode("ascii", "replace")[:50]))
+
+    def param_value(self, name: str, value: float, count: int, index: int) -> bytes:
+        """One parameter of ours, always REAL32."""
+        return self._pack(
+            mav.MAVLink_param_value_message(name.encode(), value, mav.MAV_PARAM_TYPE_REAL32, count, index)
+        )
+
+    def param_error(self, to: Sender, name: str, index: int, refusal: ParamRefusal) -> bytes:
+        """A refused parameter request, to whom asked; `index` -1 where the request went by name."""
+        param_id = name.encode("ascii", "replace")[:16]
+        return self._pack(mav.MAVLink_param_error_message(to.system, to.component, param_id, index, refusal))
+
+    def request_interval(self, message: int, interval_us: int) -> bytes:
+        """Ask the autopilot for a message at an interval."""
+        return self._pack(
+            mav.MAVLink_command_long_message(
+                self.system, AUTOPILOT, REQUEST_INTERVAL, 0, message, interval_us, 0, 0, 0, 0, 0
+            )
+        )
+
+    def unsupported(self, command: CommandForUs) -> bytes:
+        """We take no commands: say so, so that nobody waits."""
+        return self._pack(
+            mav.MAVLink_command_ack_message(
+                command.command,
+                mav.MAV_RESULT_UNSUPPORTED,
+                target_system=command.sender.system,
+                target_component=command.sender.component,
+            )
+        )
+
+    def timesync(self, request: TimesyncRequest, now_ns: int) -> bytes:
+        """Our clock beside the asker's."""
+        return self._pack(mav.MAVLink_timesync_message(now_ns, request.ts1_ns))
+
+    def computer_status(self, stamp_us: int, load: ComputerLoad) -> bytes:
+        """ONBOARD_COMPUTER_STATUS; fields that we do not measure say so."""
+        none4, none6 = (0,) * 4, (_LINK_UNKNOWN,) * 6
+        return self._pack(
+            mav.MAVLink_onboard_computer_status_message(
+                stamp_us,
+                load.uptime_ms,
+                0,
+                (_ONE_BYTE_UNKNOWN,) * 8,
+                (_ONE_BYTE_UNKNOWN,) * 10,
+                (_ONE_BYTE_UNKNOWN,) * 4,
+                (_ONE_BYTE_UNKNOWN,) * 10,
+                _TEMPERATURE_UNKNOWN,
+                (_TEMPERATURE_UNKNOWN,) * 8,
+                (-1,) * 4,
+                load.ram_usage_mib,
+                load.ram_total_mib,
+                none4,
+                (_LINK_UNKNOWN,) * 4,
+                (_LINK_UNKNOWN,) * 4,
+                none6,
+                none6,
+                none6,
+                none6,
+                none6,
+            )
+        )
+
+    def telemetry(self, stamp_us: int, values: Sequence[float]) -> bytes:
+        """DEBUG_FLOAT_ARRAY `DOB`: d_hat, correction, state, delay in samples, rate in Hz."""
+        data = [*values, *([0.0] * (58 - len(values)))]
+        return self._pack(mav.MAVLink_debug_float_array_message(stamp_us, b"DOB", 0, data))
+
+    def _pack(self, message: Any) -> bytes:
+        data = bytes(message.pack(self._out))
+        self._out.seq = (self._out.seq + 1) % 256
+        return data

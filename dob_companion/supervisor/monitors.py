@@ -1,0 +1,154 @@
+"""What a link is worth: rate and delay measured on the vehicle's own stamps, judged with hysteresis."""
+
+import math
+from collections import Counter, deque
+
+WINDOW_US = 2_000_000
+"""Rate and delay are judged over the last 2 s of vehicle time."""
+
+UNKNOWN_AGE = 255
+"""Counted for a sample whose correction age the vehicle does not know: worse than any that may be injected with."""
+
+
+class RateMonitor:
+    """Samples per second of vehicle time over the last 2 s."""
+
+    __slots__ = ("_stamps",)
+
+    def __init__(self) -> None:
+        self._stamps: deque[int] = deque()
+
+    def add(self, stamp_us: int) -> None:
+        """Count a sample; stamps must increase."""
+        self._stamps.append(stamp_us)
+        while stamp_us - self._stamps[0] > WINDOW_US:
+            self._stamps.popleft()
+
+    @property
+    def full(self) -> bool:
+        """Whether nearly 2 s have been seen, so that the rate means something."""
+        return bool(self._stamps) and self._stamps[-1] - self._stamps[0] >= 0.95 * WINDOW_US
+
+    @property
+    def hz(self) -> float:
+        """Measured rate; 0 before the second sample."""
+        if len(self._stamps) < 2:
+            return 0.0
+        return 1e6 * (len(self._stamps) - 1) / (self._stamps[-1] - self._stamps[0])
+
+    def clear(self) -> None:
+        """Forget all samples (the vehicle's clock has restarted)."""
+        self._stamps.clear()
+
+
+class DelayMonitor:
+    """Age of the correction in the applied moment, in samples: distribution over the last 2 s."""
+
+    __slots__ = ("_ages", "_counts")
+
+    def __init__(self) -> None:
+        self._ages: deque[tuple[int, int]] = deque()
+        self._counts: Counter[int] = Counter()
+
+    def add(self, stamp_us: int, age: float) -> None:
+        """Count the age that the vehicle reports with a moment; negative or not finite counts as unknown."""
+        known = math.isfinite(age) and 0.0 <= age <= UNKNOWN_AGE
+        samples = round(age) if known else UNKNOWN_AGE
+        self._ages.append((stamp_us, samples))
+        self._counts[samples] += 1
+        while stamp_us - self._ages[0][0] > WINDOW_US:
+            self._counts[self._ages.popleft()[1]] -= 1
+
+    def percentile(self, share: float) -> int:
+        """Smallest age that at least `share` (0…1) of the samples do not exceed; UNKNOWN_AGE without samples."""
+        needed, seen = share * len(self._ages), 0
+        for age in sorted(self._counts):
+            seen += self._counts[age]
+            if seen > 0 and seen >= needed:
+                return age
+        return UNKNOWN_AGE
+
+    def clear(self) -> None:
+        """Forget all ages."""
+        self._ages.clear()
+        self._counts.clear()
+
+
+class Hysteresis:
+    """Good only after `rise_us` of unbroken good, bad only after `fall_us` of unbroken bad. Begins bad."""
+
+    __slots__ = ("_fall_us", "_rise_us", "_since", "good")
+
+    def __init__(self, rise_us: int, fall_us: int) -> None:
+        self.good = False
+        self._rise_us, self._fall_us = rise_us, fall_us
+        self._since: int | None = None
+
+    def update(self, stamp_us: int, good_now: bool) -> bool:
+        """Take the newest judgement into account and return the settled one."""
+        if good_now == self.good:
+            self._since = None
+            return self.good
+        if self._since is None or stamp_us < self._since:
+            self._since = stamp_us
+        if stamp_us - self._since >= (self._rise_us if good_now else self._fall_us):
+            self.good, self._since = good_now, None
+        return self.good
+
+
+class LinkGate:
+    """Whether the link is as fast and as prompt as the design needs (docs/interfaces.md, Inputs by profile).
+
+    Injecting may begin at 95 % of the design's rate and goes on down to 90 %; the median delay must not exceed
+    `delay_samples + 1`, its 95th percentile not `delay_samples + delay_margin_samples`.
+    """
+
+    __slots__ = ("_hysteresis", "_median_limit", "_p95_limit", "_rate_hz", "delay", "rate", "why")
+
+    def __init__(self, rate_hz: float, delay_samples: int, delay_margin_samples: int) -> None:
+        self._rate_hz = rate_hz
+        self._median_limit = delay_samples + 1
+        self._p95_limit = delay_samples + delay_margin_samples
+        self._hysteresis = Hysteresis(rise_us=500_000, fall_us=100_000)
+        self.rate, self.delay = RateMonitor(), DelayMonitor()
+        self.why = "measuring the link"
+
+    @property
+    def good(self) -> bool:
+        """The settled judgement."""
+        return self._hysteresis.good
+
+    @property
+    def delay_median(self) -> int:
+        """Median delay in samples over the last 2 s."""
+        return self.delay.percentile(0.5)
+
+    def judge(self, stamp_us: int) -> bool:
+        """Judge the link at `stamp_us`; `why` then says what is wrong with it, if anything."""
+        why = self._complaint()
+        good = self._hysteresis.update(stamp_us, not why)
+        self.why = why if why else ("" if good else "link has not been good for long enough")
+        return good
+
+    def clear(self) -> None:
+        """Start measuring again, as after a restart of the vehicle's clock."""
+        self.rate.clear()
+        self.delay.clear()
+        self._hysteresis.good = False
+        self.why = "measuring the link"
+
+    def _complaint(self) -> str:
+        if not self.rate.full:
+            return "measuring the link"
+        share = 0.90 if self._hysteresis.good else 0.95
+        if self.rate.hz < share * self._rate_hz:
+            return f"rate {self.rate.hz:.0f} Hz below {share * self._rate_hz:.0f} Hz"
+        median = self.delay_median
+        if median >= UNKNOWN_AGE:
+            return "vehicle reports no delay"
+        if median > self._median_limit:
+            return f"delay {median} samples above {self._median_limit}"
+        late = self.delay.percentile(0.95)
+        if late > self._p95_limit:
+            return f"delay p95 {late} samples above {self._p95_limit}"
+        return ""
