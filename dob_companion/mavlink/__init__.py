@@ -13,7 +13,7 @@ from dob_companion.mavlink.facts import (
     Sender,
     TimesyncRequest,
 )
-from dob_companion.mavlink.speaker import CORRECTION_MESSAGES, ComputerLoad, ParamRefusal, Severity, Speaker
+from dob_companion.mavlink.speaker import CORRECTION_MESSAGES, ComputerLoad, ParamRefusal, Severity, Speaker, StreamRequest, sitl_streams
 
 __all__ = [
     "CORRECTION_MESSAGES",
@@ -31,6 +31,8 @@ __all__ = [
     "Sender",
     "Severity",
     "Speaker",
+    "StreamRequest",
     "TimesyncRequest",
     "WireCounters",
+    "sitl_streams",
 ]

@@ -13,10 +13,6 @@ from dob_companion.mavlink.facts import CommandForUs, Sender, TimesyncRequest
 CORRECTION_MESSAGES = ("DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET")
 """The carriers of a correction, by their MAVLink names; the first is the default."""
 
-GYRO_MESSAGE = mav.MAVLINK_MSG_ID_HIGHRES_IMU
-MOMENT_MESSAGE = mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET
-REQUEST_INTERVAL = mav.MAV_CMD_SET_MESSAGE_INTERVAL
-
 _ONE_BYTE_UNKNOWN, _TEMPERATURE_UNKNOWN, _LINK_UNKNOWN = 255, 127, 0xFFFFFFFF
 
 
@@ -41,9 +37,28 @@ class ParamRefusal(IntEnum):
 class ComputerLoad:
     """What ONBOARD_COMPUTER_STATUS tells about this computer; memory in MiB, uptime in ms."""
 
-    uptime_ms: int
+    uptime_ms: int = 0
     ram_usage_mib: int = 0
     ram_total_mib: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class StreamRequest:
+    """A message wanted at an interval, by its MAVLink name for people and its number for the wire."""
+
+    name: str
+    message: int
+    interval_us: int
+    command: int = mav.MAV_CMD_SET_MESSAGE_INTERVAL
+
+
+def sitl_streams(dt: float) -> tuple[StreamRequest, ...]:
+    """What the `sitl` profile needs at the design's rate."""
+    interval = round(1e6 * dt)
+    return (
+        StreamRequest("HIGHRES_IMU", mav.MAVLINK_MSG_ID_HIGHRES_IMU, interval),
+        StreamRequest("ACTUATOR_CONTROL_TARGET", mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET, interval),
+    )
 
 
 class Speaker:
@@ -96,11 +111,11 @@ class Speaker:
         param_id = name.encode("ascii", "replace")[:16]
         return self._pack(mav.MAVLink_param_error_message(to.system, to.component, param_id, index, refusal))
 
-    def request_interval(self, message: int, interval_us: int) -> bytes:
+    def request(self, stream: StreamRequest) -> bytes:
         """Ask the autopilot for a message at an interval."""
         return self._pack(
             mav.MAVLink_command_long_message(
-                self.system, AUTOPILOT, REQUEST_INTERVAL, 0, message, interval_us, 0, 0, 0, 0, 0
+                self.system, AUTOPILOT, stream.command, 0, stream.message, stream.interval_us, 0, 0, 0, 0, 0
             )
         )
 

@@ -1,0 +1,56 @@
+"""`dob-companion`: one program, one command each file of this room."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from dob_companion import __version__
+from dob_companion.cli import demo, design, inspect, param, run, status
+from dob_companion.errors import DobError, InputError
+
+COMMANDS = (demo, design, inspect, run, param, status)
+EXIT_INTERRUPTED = 130
+
+_EXTRA_OF = {"cvxpy": "design", "clarabel": "design", "control": "design", "scipy": "design", "matplotlib": "design"}
+_EXTRA_OF |= {"jinja2": "design", "mavsdk": "mavsdk", "rich": "view", "sitl": "sitl"}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command. Returns its exit code (docs/interfaces.md): 0, 1, 2 or 130."""
+    args = parser().parse_args(argv)
+    try:
+        code: int = args.run(args)
+        sys.stdout.flush()
+    except DobError as problem:
+        return _complain(str(problem), problem.exit_code)
+    except ModuleNotFoundError as missing:
+        extra = _EXTRA_OF.get((missing.name or "").partition(".")[0])
+        if extra is None:
+            raise
+        return _complain(f"{missing.name} is not installed: pip install 'dob-companion[{extra}]'", InputError.exit_code)
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has gone, as in `… | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return code
+
+
+def parser() -> argparse.ArgumentParser:
+    """The whole command line."""
+    top = argparse.ArgumentParser(
+        prog="dob-companion",
+        description="Design a certified disturbance observer, fly it over MAVLink, switch it with a parameter.",
+        epilog="example: dob-companion demo --fast",
+    )
+    top.add_argument("--version", action="version", version=f"dob-companion {__version__}")
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for command in COMMANDS:
+        command.add_parser(commands)
+    return top
+
+
+def _complain(text: str, code: int) -> int:
+    print(f"dob-companion: {' '.join(text.split())}", file=sys.stderr)
+    return code

@@ -1,0 +1,281 @@
+"""The companion: MAVLink around the disturbance observer loop, as a pure object with four verbs.
+
+    receive(data, now)   bytes that have come in
+    advance(now)         time has passed
+    bytes_to_send()      what is to go out, in order
+    next_deadline()      when `advance` wants to be called at the latest
+
+`now` is any monotonic clock in seconds. It serves heartbeats, requests and silence only; whatever shapes a
+correction runs on the vehicle's stamps (`dob`), so the companion behaves the same in lockstep.
+"""
+
+from dataclasses import dataclass
+
+from dob_companion import __version__
+from dob_companion.artifact import DobDesign
+from dob_companion.companion.config import CompanionConfig
+from dob_companion.companion.dob import LONGEST_BLIND_FADE_S, DobLoop
+from dob_companion.companion.operator import Operator
+from dob_companion.companion.parameters import Parameters
+from dob_companion.companion.streams import StreamRequests
+from dob_companion.mavlink import (
+    AppliedMoment,
+    Codec,
+    CommandAck,
+    CommandForUs,
+    ComputerLoad,
+    Fact,
+    GyroSample,
+    Heartbeat,
+    ParamRead,
+    ParamWrite,
+    Severity,
+    Speaker,
+    TimesyncRequest,
+    sitl_streams,
+)
+from dob_companion.supervisor import State
+
+SILENCE_S = 0.5
+"""Wall time without a gyro message after which it is silence. Above the 0.2 s at which a waiting vehicle in lockstep
+repeats its newest pair, with room for a busy machine; the vehicle itself fades a held correction within 0.2 s."""
+
+HEARTBEAT_S = 1.0
+TELEMETRY_EVERY = 5
+"""Samples between two DEBUG_FLOAT_ARRAY: 50 Hz at 250 Hz."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something worth a line in the log."""
+
+    severity: Severity
+    text: str
+
+    @classmethod
+    def info(cls, text: str) -> "Event":
+        """An event that asks nothing of anybody."""
+        return cls(Severity.INFO, text)
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """A picture of the moment. Moments in normalized torque, hover axes; rate in Hz; delay in samples."""
+
+    state: State
+    rate_hz: float
+    delay_samples: int
+    d_hat: tuple[float, float, float]
+    correction: tuple[float, float, float]
+    stepped: int
+    bridged: int
+    gaps: int
+    late: int
+    bad: int
+    foreign: int
+
+
+class Companion:
+    """One companion computer for one vehicle.
+
+    `datagrams` tells whether `receive` gets whole datagrams or pieces of a byte stream.
+    """
+
+    def __init__(
+        self, design: DobDesign, config: CompanionConfig | None = None, *, now: float = 0.0, datagrams: bool = True
+    ) -> None:
+        config = config or CompanionConfig()
+        self.parameters = Parameters(config.parameters)
+        self.loop = DobLoop(design, self.parameters)
+        self.load = ComputerLoad()
+        self.closed = False
+        self._speaker = Speaker(config.correction_message)
+        self._codec = Codec(datagrams=datagrams)
+        self._operator = Operator(self.parameters, self._speaker)
+        self._streams = StreamRequests(sitl_streams(design.dt))
+        self._wanted_system = config.system
+        self._greeting = f"dob-companion {__version__} design {design.sha256[:8]}"
+        self._out: list[bytes] = []
+        self._events: list[Event] = []
+        self._next_heartbeat = now
+        self._heard_gyro = now
+        self._blind_since: float | None = None
+        self._blind_sent = 0
+        self._close_by = float("inf")
+        self._untold = 0
+
+    # The four verbs -------------------------------------------------------------------------------------------
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Take bytes from the link. Garbage is counted, never raised."""
+        for fact in self._codec.facts(data):
+            self._take(fact, now)
+
+    def advance(self, now: float) -> None:
+        """Do what is due: heartbeats, requests, and fading when samples have stopped."""
+        if now >= self._next_heartbeat:
+            self._next_heartbeat = now + HEARTBEAT_S
+            self._each_second(now)
+        request = self._streams.due(now)
+        if request:
+            self._out.append(self._speaker.request(request))
+        if now - self._heard_gyro >= self._patience:
+            self._without_samples(now)
+        if self.loop.closing and (not self.loop.injecting or now >= self._close_by):
+            self._finish()
+        self._report()
+
+    def bytes_to_send(self) -> list[bytes]:
+        """Messages to send, oldest first; each call empties the list."""
+        out, self._out = self._out, []
+        return out
+
+    def next_deadline(self) -> float:
+        """When `advance` must be called even if nothing comes in."""
+        silence = self._heard_gyro + self._patience
+        if self._blind_since is not None:
+            silence = self._blind_since + (self._blind_sent + 1) * self.loop.dt
+        elif not self.loop.injecting:
+            silence = float("inf")
+        return min(self._next_heartbeat, self._streams.deadline, silence, self._close_by)
+
+    # What the runtime asks besides ----------------------------------------------------------------------------
+
+    @property
+    def vehicle(self) -> int | None:
+        """System id of the vehicle that is obeyed; None while none has been heard."""
+        return self._codec.system
+
+    def close(self, now: float) -> None:
+        """Begin to leave: fade out, then a zero as the last message, then `closed` is True."""
+        if not self.loop.closing:
+            self.loop.closing = True
+            self._close_by = now + min(self.parameters["DOB_RAMP_S"], LONGEST_BLIND_FADE_S) + 10 * self.loop.dt
+            self.loop.operator_wrote()
+
+    def events(self) -> list[Event]:
+        """What has happened since the last call."""
+        events, self._events = self._events, []
+        return events
+
+    def status(self) -> Status:
+        """The moment, for whoever shows it."""
+        loop, counters = self.loop, self.loop.pairing.counters
+        return Status(
+            loop.state,
+            loop.gate.rate.hz,
+            loop.gate.delay_median,
+            (float(loop.d_hat[0]), float(loop.d_hat[1]), float(loop.d_hat[2])),
+            loop.answer.correction if loop.answer else (0.0, 0.0, 0.0),
+            counters.stepped,
+            counters.bridged,
+            counters.gaps,
+            counters.late,
+            self._codec.counters.bad,
+            self._codec.counters.foreign,
+        )
+
+    # Facts ----------------------------------------------------------------------------------------------------
+
+    def _take(self, fact: Fact, now: float) -> None:
+        match fact:
+            case GyroSample():
+                self._gyro(fact, now)
+            case AppliedMoment():
+                self.loop.moment(fact)
+            case Heartbeat():
+                self._heartbeat(fact, now)
+            case ParamWrite() | ParamRead():
+                self._out.extend(self._operator.answer(fact))
+                self.loop.operator_wrote()
+                self._report()
+            case CommandAck():
+                self._acknowledged(fact, now)
+            case CommandForUs():
+                self._out.append(self._speaker.unsupported(fact))
+            case TimesyncRequest():
+                self._out.append(self._speaker.timesync(fact, round(now * 1e9)))
+
+    def _gyro(self, sample: GyroSample, now: float) -> None:
+        repeat = sample.stamp_us == self.loop.pairing.newest_us
+        answer = self.loop.gyro(sample)
+        if answer is None:
+            return
+        self._heard_gyro, self._blind_since = now, None
+        self._out.append(self._speaker.correction(answer.stamp_us, answer.correction))
+        if not repeat:
+            self._tell(sample.stamp_us)
+        self._report()
+
+    def _tell(self, stamp_us: int) -> None:
+        self._untold += 1
+        if self._untold >= TELEMETRY_EVERY:
+            self._untold = 0
+            status = self.status()
+            values = (*status.d_hat, *status.correction, status.state, status.delay_samples, status.rate_hz)
+            self._out.append(self._speaker.telemetry(stamp_us, values))
+
+    def _heartbeat(self, beat: Heartbeat, now: float) -> None:
+        ours = self._wanted_system in (None, beat.system)
+        if self.vehicle is not None or not beat.autopilot or not ours:
+            return
+        self._codec.system = self._speaker.system = beat.system
+        self._streams.start(now)
+        self._say(Severity.INFO, self._greeting)
+        self._events.append(Event.info(f"vehicle heard: system {beat.system}"))
+
+    def _acknowledged(self, ack: CommandAck, now: float) -> None:
+        request = self._streams.answered(ack, now)
+        if request and not ack.accepted:
+            self._say(Severity.WARNING, f"DOB: {request.name} refused ({ack.result})"[:50])
+
+    # Time -----------------------------------------------------------------------------------------------------
+
+    def _each_second(self, now: float) -> None:
+        self._out.append(self._speaker.heartbeat(fault=self.loop.state is State.FAULT))
+        if self.vehicle is None:
+            return
+        self._out.append(self._speaker.computer_status(self.loop.pairing.newest_us or 0, self.load))
+        rate = self.loop.gate.rate
+        if now - self._heard_gyro >= SILENCE_S or (rate.full and rate.hz < 0.95 / self.loop.dt):
+            self._streams.renew(now)
+
+    @property
+    def _patience(self) -> float:
+        """How long to wait for the next sample before going on without."""
+        return 3 * self.loop.dt if self.loop.closing else SILENCE_S
+
+    def _without_samples(self, now: float) -> None:
+        newest = self.loop.pairing.newest_us
+        if newest is None or not self.loop.injecting:
+            self._blind_since = None
+            self.loop.silent()
+            return
+        if self._blind_since is None:
+            self._blind_since, self._blind_sent = now, 0
+        dt = self.loop.dt
+        base = newest + round((self._blind_since - self._heard_gyro) / dt) * round(1e6 * dt)
+        longest = min(self.parameters["DOB_RAMP_S"], LONGEST_BLIND_FADE_S)
+        while self.loop.injecting and self._blind_since + self._blind_sent * dt <= now:
+            last = self._blind_sent * dt >= longest
+            answer = self.loop.blind(base + self._blind_sent * round(1e6 * dt), last)
+            self._blind_sent += 1
+            self._out.append(self._speaker.correction(answer.stamp_us, answer.correction))
+        if not self.loop.injecting:
+            self._blind_since = None
+
+    def _finish(self) -> None:
+        if not self.closed and self.loop.pairing.newest_us is not None:
+            self._out.append(self._speaker.correction(self.loop.pairing.newest_us, (0.0, 0.0, 0.0)))
+        self.closed = True
+
+    # Words ----------------------------------------------------------------------------------------------------
+
+    def _report(self) -> None:
+        for change in self.loop.take_transitions():
+            severity = Severity.CRITICAL if change.target is State.FAULT else Severity.NOTICE
+            self._say(severity, f"DOB {change.target.name}: {change.reason}")
+
+    def _say(self, severity: Severity, text: str) -> None:
+        self._out.append(self._speaker.text(severity, text))
+        self._events.append(Event(severity, text))

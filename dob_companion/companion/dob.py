@@ -1,0 +1,198 @@
+"""The disturbance observer loop of one vehicle: stamped facts in, one answer per gyro sample out.
+
+No MAVLink and no wall time in here: everything that shapes a correction runs on the vehicle's stamps.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dob_companion.artifact import DobDesign
+from dob_companion.companion.pairing import Arrival, Pairing
+from dob_companion.companion.parameters import Parameters
+from dob_companion.mavlink import AppliedMoment, GyroSample
+from dob_companion.observer import ObserverBank
+from dob_companion.supervisor import Conditions, CorrectionShaper, LinkGate, State, Supervisor, Transition
+
+Vector = NDArray[np.float64]
+
+SETTLING_TIMES = 5.0
+"""Slowest modes of the observer that pass before its estimate counts: the zero state is then forgotten to 1 %."""
+
+LEAST_SETTLING_S = 0.1
+JUDGE_EVERY = 25
+"""Samples between two judgements of the link (0.1 s at 250 Hz)."""
+
+LONGEST_BLIND_FADE_S = 0.5
+"""Without samples a correction may be faded for so long at most; then it is zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """The correction that answers the gyro sample of `stamp_us`: normalized torque, hover axes."""
+
+    stamp_us: int
+    correction: tuple[float, float, float]
+
+
+class DobLoop:
+    """Observer, supervisor and fades of one vehicle.
+
+    `gyro` and `moment` take facts as they arrive; `blind` continues a fade when they have stopped. `transitions`
+    collects changes of state until they are taken with `take_transitions`.
+    """
+
+    def __init__(self, design: DobDesign, parameters: Parameters) -> None:
+        slowest = max(block.certificate.slowest_mode_s for block in design.blocks)
+        delay = min(block.delay_samples for block in design.blocks)
+        p95 = min(block.delay_samples + block.certificate.delay_margin_samples for block in design.blocks)
+        self.dt = design.dt
+        self.gate = LinkGate(1.0 / design.dt, delay, p95 - delay)
+        self.pairing = Pairing(design.dt)
+        self.supervisor = Supervisor()
+        self.shaper = CorrectionShaper(self._mask(parameters), parameters["DOB_GAIN"], parameters["DOB_LIMIT"])
+        self.d_hat: Vector = np.zeros(3)
+        self.answer: Answer | None = None
+        self.closing = False
+        self._parameters = parameters
+        self._observer = ObserverBank(design)
+        self._settling = math.ceil(max(SETTLING_TIMES * slowest, LEAST_SETTLING_S) / design.dt)
+        self._settled = 0
+        self._fault = ""
+        self._data_why = "no samples yet"
+        self._samples = 0
+        self._transitions: list[Transition] = []
+
+    @property
+    def state(self) -> State:
+        """What the supervisor does now."""
+        return self.supervisor.state
+
+    @property
+    def injecting(self) -> bool:
+        """Whether the last answer may differ from zero."""
+        return self.shaper.f > 0.0
+
+    def take_transitions(self) -> list[Transition]:
+        """The changes of state since the last call."""
+        taken, self._transitions = self._transitions, []
+        return taken
+
+    def gyro(self, sample: GyroSample) -> Answer | None:
+        """Answer a gyro sample; None when it is late and nothing is to be said."""
+        if not all(map(math.isfinite, sample.rates)):
+            return self._spoiled(sample.stamp_us, "gyro rate not finite")
+        rates = np.array(sample.rates)
+        arrival, finished = self.pairing.gyro(sample.stamp_us, rates)
+        if arrival is Arrival.REPEAT:
+            return self.answer
+        if arrival is Arrival.LATE:
+            return None
+        if arrival is Arrival.RESTART:
+            self.gate.clear()
+            self._start_anew("vehicle clock jumped back")
+        if arrival is Arrival.GAP:
+            self._start_anew("gap in samples" if self.answer else "observer settling")
+        for inputs in finished:
+            self._observer.advance(inputs.rates, inputs.moment)
+        self.d_hat = self._observer.estimate(rates)
+        if not np.all(np.isfinite(self.d_hat)):
+            return self._spoiled(sample.stamp_us, "estimate not finite")
+        self._settled += 1
+        self._measure(sample.stamp_us)
+        self.answer = self._reply(sample.stamp_us)
+        return self.answer
+
+    def moment(self, applied: AppliedMoment) -> None:
+        """Take the applied moment of a sample, whose step it completes, and the age of our part in it."""
+        if not all(map(math.isfinite, applied.moment)):
+            self._fail("applied moment not finite", applied.stamp_us)
+            return
+        if self.pairing.moment(applied.stamp_us, np.array(applied.moment)):
+            self.gate.delay.add(applied.stamp_us, applied.age_samples)
+
+    def operator_wrote(self) -> None:
+        """A parameter has changed: an "off" clears a fault, and the state follows even when no samples come."""
+        if not self._wish:
+            self._fault = ""
+        if not self.injecting:
+            self._judge()
+
+    def silent(self) -> None:
+        """No sample has come for long: the data are not good, whatever they were."""
+        self._settled, self._data_why = 0, "no samples"
+        self._judge()
+
+    def blind(self, stamp_us: int, last: bool) -> Answer:
+        """Go on fading without a sample, under an extrapolated stamp; with `last`, zero."""
+        self.silent()
+        if last:
+            self.shaper.drop()
+        return self._reply(stamp_us)
+
+    def _reply(self, stamp_us: int) -> Answer:
+        self._judge()
+        step = min(1.0, self.dt / self._parameters["DOB_RAMP_S"]) if self._parameters["DOB_RAMP_S"] > 0.0 else 1.0
+        self.shaper.move(
+            self.state in (State.RAMP_IN, State.ACTIVE),
+            self._mask(self._parameters),
+            self._parameters["DOB_GAIN"],
+            self._parameters["DOB_LIMIT"],
+            step,
+        )
+        roll, pitch, yaw = (self.shaper.shape(self.d_hat) if self._data_good else self.shaper.hold()).tolist()
+        return Answer(stamp_us, (roll, pitch, yaw))
+
+    def _judge(self) -> None:
+        conditions = Conditions(
+            wish=self._wish,
+            fault=bool(self._fault),
+            data=self._data_good,
+            link=self.gate.good,
+            faded_in=self.shaper.f == 1.0,
+            faded_out=self.shaper.f == 0.0,
+            why=self._fault or ("" if self._data_good else self._data_why) or self.gate.why,
+        )
+        change = self.supervisor.judge(conditions)
+        if change:
+            self._transitions.append(change)
+            self._parameters.publish_state(self.state)
+
+    @property
+    def _wish(self) -> bool:
+        return self._parameters["DOB_ENABLE"] == 1.0 and not self.closing
+
+    @property
+    def _data_good(self) -> bool:
+        return self._settled >= self._settling
+
+    def _measure(self, stamp_us: int) -> None:
+        self.gate.rate.add(stamp_us)
+        self._samples += 1
+        if self._samples % JUDGE_EVERY == 0:
+            self.gate.judge(stamp_us)
+
+    def _start_anew(self, why: str) -> None:
+        self._observer.reset()
+        self._settled, self._data_why = 0, why
+
+    def _spoiled(self, stamp_us: int, why: str) -> Answer:
+        self._fail(why, stamp_us)
+        self.answer = self._reply(stamp_us)
+        return self.answer
+
+    def _fail(self, why: str, stamp_us: int) -> None:
+        """Something is not finite: zero at once, forget everything, latch a fault if it mattered."""
+        self.shaper.drop()
+        self._start_anew(why)
+        self.pairing.spoil(stamp_us)
+        self.d_hat = np.zeros(3)
+        if self._wish:
+            self._fault = why
+
+    @staticmethod
+    def _mask(parameters: Parameters) -> tuple[bool, bool, bool]:
+        bits = int(parameters["DOB_AXES"])
+        return bool(bits & 1), bool(bits & 2), bool(bits & 4)

@@ -1,0 +1,87 @@
+"""The parameters that a ground station sees, their ranges, and how a write is read."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from dob_companion.mavlink import ParamRefusal, ParamWrite
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterSpec:
+    """One row of the table. Everything travels as REAL32; `whole` numbers may be written in any integer coding."""
+
+    name: str
+    meaning: str
+    default: float
+    low: float
+    high: float
+    whole: bool = False
+    read_only: bool = False
+
+
+PARAMETERS: tuple[ParameterSpec, ...] = (
+    ParameterSpec("DOB_ENABLE", "inject the correction on the chosen axes; 0 clears a fault", 0, 0, 1, whole=True),
+    ParameterSpec("DOB_AXES", "bit mask of axes: 1 roll, 2 pitch, 4 yaw", 7, 0, 7, whole=True),
+    ParameterSpec("DOB_GAIN", "gain g on the estimate", 1, 0, 1),
+    ParameterSpec("DOB_LIMIT", "largest correction per axis, normalized torque", 0.3, 0, 1),
+    ParameterSpec("DOB_RAMP_S", "fade-in and fade-out time, s", 0.5, 0, 10),
+    ParameterSpec("DOB_STATE", "what the supervisor does (read-only)", 0, 0, 6, whole=True, read_only=True),
+)
+
+_SMALLEST_NORMAL = 1.1754943508222875e-38
+"""FLT_MIN of IEEE 754 single precision."""
+
+_INDEX = {spec.name: index for index, spec in enumerate(PARAMETERS)}
+
+
+class Parameters:
+    """The values behind the table. The list is frozen: its order gives the indices on the wire."""
+
+    def __init__(self, initial: Mapping[str, float] | None = None) -> None:
+        self._values = {spec.name: float(spec.default) for spec in PARAMETERS} | dict(initial or {})
+
+    def __len__(self) -> int:
+        return len(PARAMETERS)
+
+    def __getitem__(self, name: str) -> float:
+        return self._values[name]
+
+    def publish_state(self, state: int) -> None:
+        """Set the read-only DOB_STATE."""
+        self._values["DOB_STATE"] = float(state)
+
+    def find(self, name: str, index: int | None) -> int | None:
+        """Index of a parameter asked for by name or by index; None when there is none."""
+        if index is not None:
+            return index if index < len(PARAMETERS) else None
+        return _INDEX.get(name)
+
+    def write(self, write: ParamWrite) -> ParamRefusal | None:
+        """Take a write; None when taken, else why not. A refused write changes nothing."""
+        index = _INDEX.get(write.name)
+        if index is None:
+            return ParamRefusal.DOES_NOT_EXIST
+        spec = PARAMETERS[index]
+        if spec.read_only:
+            return ParamRefusal.READ_ONLY
+        value = _lenient(spec, write)
+        if not fits(spec, value):
+            return ParamRefusal.VALUE_OUT_OF_RANGE
+        self._values[spec.name] = value
+        return None
+
+
+def fits(spec: ParameterSpec, value: float) -> bool:
+    """Whether a value is finite, in range, and whole where that is meant."""
+    if not (math.isfinite(value) and spec.low <= value <= spec.high):
+        return False
+    return not spec.whole or value == round(value)
+
+
+def _lenient(spec: ParameterSpec, write: ParamWrite) -> float:
+    """The value meant. Ground stations disagree on whether an integer travels by value or byte by byte; a small
+    integer sent byte by byte reads as a denormal real number (1 as 1.4e-45), which nobody means."""
+    if write.bytewise is not None and (abs(write.value) < _SMALLEST_NORMAL or not fits(spec, write.value)):
+        return float(write.bytewise)
+    return write.value

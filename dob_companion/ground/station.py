@@ -1,0 +1,122 @@
+"""A ground station on MAVSDK: connect, arm, take off, and the companion's parameters by way of the vehicle."""
+
+import contextlib
+import json
+import queue
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from mavsdk import ComponentType, Configuration, ConnectionResult, Mavsdk, log_subscribe
+from mavsdk.plugins.action import Action, ActionError
+from mavsdk.plugins.mavlink_direct import MavlinkDirect
+from mavsdk.plugins.param import Param, ParamError, ProtocolVersion
+
+from dob_companion.errors import LinkBusyError, NoVehicleError, RefusedError
+from dob_companion.runtime.urls import LinkUrl
+
+COMPANION = 191
+"""MAV_COMP_ID_ONBOARD_COMPUTER."""
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True)
+class Telemetry:
+    """The companion's DEBUG_FLOAT_ARRAY `DOB`: moments in normalized torque, hover axes."""
+
+    stamp_us: int
+    d_hat: tuple[float, ...]
+    correction: tuple[float, ...]
+    state: int
+    delay_samples: int
+    rate_hz: float
+
+
+class GroundStation:
+    """One vehicle, seen from the ground. `texts` and `telemetry` fill by themselves from MAVSDK's own threads."""
+
+    def __init__(self, url: LinkUrl, timeout_s: float) -> None:
+        """Connect. Raises LinkBusyError for a port that cannot be had, NoVehicleError when nobody is heard in time."""
+        log_subscribe(lambda *_: True)  # MAVSDK prints to the terminal otherwise
+        self.texts: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self.telemetry: Telemetry | None = None
+        self._mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+        result = self._mavsdk.add_any_connection(_mavsdk_url(url))
+        if result != ConnectionResult.SUCCESS:
+            self.close()
+            raise LinkBusyError(f"link {url}: cannot be opened: {result.name.lower().replace('_', ' ')}")
+        self._system = self._mavsdk.first_autopilot(timeout_s)
+        if self._system is None:
+            self.close()
+            raise NoVehicleError(f"link {url}: no vehicle was heard within {timeout_s:g} s")
+        self._action = Action(self._system)
+        self._direct = MavlinkDirect(self._system)
+        self._direct.subscribe_message("STATUSTEXT", self._on_text)
+        self._direct.subscribe_message("DEBUG_FLOAT_ARRAY", self._on_floats)
+        self._param = Param(self._system)
+        with contextlib.suppress(ParamError):  # MAVSDK 4.1 always reports UNKNOWN here, and selects all the same
+            self._param.select_component(COMPANION, ProtocolVersion.V1)
+
+    def __enter__(self) -> "GroundStation":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave the link."""
+        self._mavsdk.destroy()
+
+    def arm(self) -> None:
+        """Arm. Raises RefusedError when the vehicle declines."""
+        _asked("arm", self._action.arm)
+
+    def take_off(self) -> None:
+        """Take off to the vehicle's own take-off altitude. Raises RefusedError when the vehicle declines."""
+        _asked("take off", self._action.takeoff)
+
+    def parameters(self) -> dict[str, float]:
+        """All parameters of the companion, in its own order."""
+        found = _asked("list parameters", self._param.get_all_params)
+        return {param.name: param.value for param in found.float_params}
+
+    def parameter(self, name: str) -> float:
+        """One parameter of the companion. Raises RefusedError when it does not answer or does not know it."""
+        return float(_asked(f"read {name}", lambda: self._param.get_param_float(name)))
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """Write a parameter of the companion and see it echoed. Raises RefusedError otherwise."""
+        _asked(f"write {name}={value:g}", lambda: self._param.set_param_float(name, value))
+
+    def texts_until(self, deadline: float) -> Iterator[str]:
+        """STATUSTEXTs as they come, until `deadline` on the monotonic clock."""
+        while (left := deadline - time.monotonic()) > 0:
+            with contextlib.suppress(queue.Empty):
+                yield self.texts.get(timeout=left)
+
+    def _on_text(self, message: Any, _user_data: object) -> None:
+        self.texts.put(str(json.loads(message.fields_json).get("text", "")))
+
+    def _on_floats(self, message: Any, _user_data: object) -> None:
+        if message.component_id != COMPANION:
+            return
+        fields = json.loads(message.fields_json)
+        data = fields["data"]
+        self.telemetry = Telemetry(
+            int(fields["time_usec"]), tuple(data[0:3]), tuple(data[3:6]), int(data[6]), int(data[7]), float(data[8])
+        )
+
+
+def _asked(what: str, call: Callable[[], _T]) -> _T:
+    try:
+        return call()
+    except (ParamError, ActionError) as problem:
+        reason = problem.result.name.lower().replace("_", " ")
+        raise RefusedError(f"the vehicle did not {what}: {reason}") from None
+
+
+def _mavsdk_url(url: LinkUrl) -> str:
+    scheme = "tcpout" if url.scheme == "tcp" else url.scheme
+    return f"{scheme}://{url.target}:{url.number}"

@@ -1,0 +1,129 @@
+"""The daemon's loop: one thread, one link, one blocking wait. It owns the clock and the signals."""
+
+import contextlib
+import itertools
+import select
+import signal
+import socket
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from dob_companion.companion import Companion, Event, Status
+from dob_companion.errors import NoVehicleError
+from dob_companion.mavlink import ComputerLoad
+from dob_companion.runtime.links import Link
+
+EXIT_INTERRUPTED = 130
+LONGEST_WAIT_S = 0.2
+"""So that a lost connection is noticed and opened again even when nothing else is due."""
+
+MOST_READS = 256
+"""Pieces read in one turn: a flood must not keep the companion from its deadlines."""
+
+_LOAD_EVERY_S = 1.0
+
+
+class Stop:
+    """SIGTERM and Ctrl-C as something to wait on: the wait ends at once, the loop decides what it means."""
+
+    def __init__(self) -> None:
+        self._wake, self._woken = socket.socketpair()
+        for end in (self._wake, self._woken):
+            end.setblocking(False)
+        self.signal: int | None = None
+
+    def fileno(self) -> int:
+        """A descriptor that becomes readable when a signal has come."""
+        return self._wake.fileno()
+
+    @contextlib.contextmanager
+    def installed(self) -> Iterator["Stop"]:
+        """Take SIGTERM and SIGINT over; give them back at the end."""
+        before = {number: signal.signal(number, self._note) for number in (signal.SIGTERM, signal.SIGINT)}
+        wakeup = signal.set_wakeup_fd(self._woken.fileno(), warn_on_full_buffer=False)
+        try:
+            yield self
+        finally:
+            signal.set_wakeup_fd(wakeup)
+            for number, handler in before.items():
+                signal.signal(number, handler)
+            self._wake.close()
+            self._woken.close()
+
+    def drain(self) -> None:
+        """Take note that the wait has ended, so that the next one waits again."""
+        with contextlib.suppress(BlockingIOError):
+            self._wake.recv(64)
+
+    def _note(self, number: int, _frame: object) -> None:
+        self.signal = self.signal or number
+
+
+def run(
+    companion: Companion,
+    link: Link,
+    *,
+    timeout_s: float | None = None,
+    on_event: Callable[[Event], None] = lambda event: print(event.text, file=sys.stderr),
+    on_status: Callable[[Status], None] | None = None,
+    status_every_s: float = 0.1,
+) -> int:
+    """Serve one companion on one link until SIGTERM (returns 0) or Ctrl-C (returns 130).
+
+    Both end with the fade and the zero of docs/interfaces.md. Raises NoVehicleError when `timeout_s` passes without
+    a vehicle's heartbeat.
+    """
+    started = time.monotonic()
+    give_up_at = started + timeout_s if timeout_s is not None else float("inf")
+    next_status = next_load = started
+    with Stop().installed() as stop:
+        while not companion.closed:
+            now = time.monotonic()
+            if stop.signal is not None:
+                companion.close(now)
+            if companion.vehicle is None and now >= give_up_at:
+                raise NoVehicleError(f"no vehicle was heard within {timeout_s:g} s")
+            if now >= next_load:
+                companion.load, next_load = _load(now - started), now + _LOAD_EVERY_S
+            if on_status and now >= next_status:
+                on_status(companion.status())
+                next_status = now + status_every_s
+            _turn(companion, link, stop, min(next_status if on_status else now + LONGEST_WAIT_S, give_up_at))
+            for event in companion.events():
+                on_event(event)
+    return EXIT_INTERRUPTED if stop.signal == signal.SIGINT else 0
+
+
+def _turn(companion: Companion, link: Link, stop: Stop, until: float) -> None:
+    """Wait for the link, a signal or a deadline; then let the companion work and send what it says."""
+    now = time.monotonic()
+    wait = max(0.0, min(companion.next_deadline(), until, now + LONGEST_WAIT_S) - now)
+    waited = [end for end in (link, stop) if end.fileno() >= 0]
+    ready, _, _ = select.select(waited, [], [], wait)
+    now = time.monotonic()
+    if stop in ready:
+        stop.drain()
+    if link in ready:
+        for data in itertools.islice(iter(link.read, None), MOST_READS):
+            companion.receive(data, now)
+            _flush(companion, link)
+    companion.advance(now)
+    _flush(companion, link)
+
+
+def _flush(companion: Companion, link: Link) -> None:
+    for message in companion.bytes_to_send():
+        link.write(message)
+
+
+def _load(uptime_s: float) -> ComputerLoad:
+    """Memory of this computer; zeros where /proc does not tell."""
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+    except OSError:
+        return ComputerLoad(round(1e3 * uptime_s))
+    kib = {name: int(rest.split()[0]) for name, _, rest in (line.partition(":") for line in lines)}
+    total, free = kib.get("MemTotal", 0), kib.get("MemAvailable", 0)
+    return ComputerLoad(round(1e3 * uptime_s), (total - free) // 1024, total // 1024)
