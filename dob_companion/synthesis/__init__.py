@@ -1,0 +1,38 @@
+"""Design of certified H-infinity disturbance observers; python-control's StateSpace in and out.
+
+    import control as ct
+    from dob_companion.synthesis import synthesize
+
+    result = synthesize(G, C, W_d, W_n, delay_samples=1)
+    result.observer          # D(z): [y_n; u_e] -> d_hat
+    result.certificate       # measured, not claimed
+
+One room per question: `spec` (what is asked), `models` (as state space), `solvability` (can it be),
+`plant` (posed), `lmi` and `riccati` (solved twice), `reduce` (made minimal), `certificate` (measured),
+`responses` (seen), `verify` (measured again from the file).
+"""
+
+from dob_companion.synthesis.design import Synthesis, design, design_block, synthesize
+from dob_companion.synthesis.models import polynomial, zpk
+from dob_companion.synthesis.problem import Problem
+from dob_companion.synthesis.responses import Responses, block_responses, default_frequencies, standard_form
+from dob_companion.synthesis.spec import Spec, parse_spec
+from dob_companion.synthesis.verify import Finding, verify
+
+__all__ = [
+    "Finding",
+    "Problem",
+    "Responses",
+    "Spec",
+    "Synthesis",
+    "block_responses",
+    "default_frequencies",
+    "design",
+    "design_block",
+    "parse_spec",
+    "polynomial",
+    "standard_form",
+    "synthesize",
+    "verify",
+    "zpk",
+]

@@ -1,0 +1,138 @@
+"""From problem to certified observer, and from spec to a whole design."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+import dob_companion
+from dob_companion.artifact import Certificate, DobBlock, DobDesign
+from dob_companion.artifact import Problem as StoredProblem
+from dob_companion.errors import NotCertifiedError, RefusedError, UnsolvableError
+from dob_companion.synthesis.certificate import Optimum, certify
+from dob_companion.synthesis.lmi import solve_lmi
+from dob_companion.synthesis.models import to_data, to_state_space, weight_to_state_space
+from dob_companion.synthesis.plant import EstimationProblem, estimation_problem
+from dob_companion.synthesis.problem import Problem
+from dob_companion.synthesis.reduce import minimal
+from dob_companion.synthesis.riccati import bracket_gamma_star, central_filter
+from dob_companion.synthesis.scaling import whitened
+from dob_companion.synthesis.solvability import require_solvable
+from dob_companion.synthesis.spec import BlockSpec, Spec
+
+AGREEMENT = 1e-3
+"""The LMI and the Riccati equation must agree on gamma_star within this share."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Synthesis:
+    """A certified observer: D(z) with inputs [y_n; u_e] and output d_hat, and what was proved about it."""
+
+    problem: Problem
+    observer: Any
+    certificate: Certificate
+
+
+def synthesize(
+    plant: Any,
+    controller: Any,
+    disturbance_weight: Any,
+    noise_weight: Any,
+    delay_samples: int | tuple[int, ...] = 1,
+    gamma_backoff: float = 1.01,
+    axes: tuple[str, ...] | None = None,
+) -> Synthesis:
+    """The H-infinity optimal disturbance observer of one block, within gamma_backoff of the optimum.
+
+    All systems are discrete python-control StateSpace of one dt: plant (p, m) from moment (u_e + d) to rate,
+    controller (m, p) of u = C (r - y_n), weights with m and p outputs. `delay_samples` from d_hat to the
+    acting moment, for all inputs or one each. `axes` names the channels in messages.
+
+    Raises UnsolvableError when no observer exists (naming channel, mode and physics) and NotCertifiedError
+    when one was computed but its proof failed.
+    """
+    m = plant.D.shape[1]
+    delays = (delay_samples,) * m if isinstance(delay_samples, int) else tuple(delay_samples)
+    problem = Problem(plant, controller, disturbance_weight, noise_weight, delays)
+    require_solvable(problem, axes)
+    problem = Problem(minimal(plant), minimal(controller), minimal(disturbance_weight), minimal(noise_weight), delays)
+    observer, optimum = _near_optimal(_posed(problem), gamma_backoff)
+    return Synthesis(problem, observer, certify(problem, observer, optimum))
+
+
+def best_level(problem: Problem) -> tuple[float, str]:
+    """A lower bound on the norm that any observer reaches, and how it was found."""
+    return _best_level(whitened(_posed(problem))[0])
+
+
+def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
+    """One block of a spec, designed and certified from the very matrices that go into the file."""
+    size = len(spec.axes)
+    try:
+        result = synthesize(
+            to_state_space(spec.plant, dt, (size, size)),
+            to_state_space(spec.controller, dt, (size, size)),
+            weight_to_state_space(spec.disturbance, dt, size),
+            weight_to_state_space(spec.noise, dt, size),
+            spec.delay_samples,
+            gamma_backoff,
+            spec.axes,
+        )
+    except RefusedError as refusal:
+        raise type(refusal)(f"block {spec.name!r}: {refusal}") from refusal
+    problem = result.problem
+    return DobBlock(
+        name=spec.name,
+        axes=spec.axes,
+        delay_samples=spec.delay_samples,
+        observer=to_data(result.observer),
+        problem=StoredProblem(
+            plant=to_data(problem.plant),
+            controller=to_data(problem.controller),
+            disturbance_weight=to_data(problem.disturbance_weight),
+            noise_weight=to_data(problem.noise_weight),
+        ),
+        certificate=result.certificate,
+    )
+
+
+def design(spec: Spec) -> DobDesign:
+    """Design every block of a spec. Raises SpecError, UnsolvableError or NotCertifiedError."""
+    blocks = tuple(design_block(block, spec.dt, spec.gamma_backoff) for block in spec.blocks)
+    return DobDesign(
+        dt=spec.dt,
+        delay_samples=spec.delay_samples,
+        blocks=blocks,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        generator=f"dob-companion {dob_companion.__version__}",
+    )
+
+
+def _posed(problem: Problem) -> EstimationProblem:
+    return estimation_problem(problem.plant, problem.disturbance_weight, problem.noise_weight, problem.delays)
+
+
+def _near_optimal(problem: EstimationProblem, backoff: float) -> tuple[Any, Optimum]:
+    """gamma_star by two methods, and the minimal central observer at backoff * gamma_star."""
+    white, T, measure = whitened(problem)
+    gamma_star, method = _best_level(white)
+    found = central_filter(white, backoff * gamma_star)
+    if found is None:
+        raise NotCertifiedError(f"no central observer at {backoff * gamma_star:.7g} (gamma_backoff * gamma_star)")
+    observer = problem.observer(T @ found.K @ measure, found.K_z @ measure)
+    return minimal(observer), Optimum(gamma_star, method, backoff)
+
+
+def _best_level(white: EstimationProblem) -> tuple[float, str]:
+    """The smaller of two lower bounds that must agree: Riccati infeasibility and the LMI's dual."""
+    solution = solve_lmi(white)
+    guess = solution.gamma if solution else float(np.linalg.norm(np.hstack([white.C1, white.D11])))
+    low, high = bracket_gamma_star(white, guess)
+    if solution is None:
+        return low, "Riccati equation infeasible below (bisection)"
+    if not abs(solution.dual_bound - low) <= AGREEMENT * low:
+        raise UnsolvableError(
+            f"gamma_star is {low:.6g} to {high:.6g} by the Riccati equation, {solution.dual_bound:.6g} by the LMI's dual"
+        )
+    return min(low, solution.dual_bound), "smaller of Riccati infeasibility (bisection) and LMI dual (Clarabel)"

@@ -1,0 +1,152 @@
+"""From a model as written (zeros and poles, polynomials, matrices, transfer matrix) to discrete state space.
+
+zpk models are realized as a cascade of first- and second-order sections, never through expanded
+polynomials, so that every root keeps the digits it was given with.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import control as ct
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dob_companion.artifact import StateSpaceData
+from dob_companion.errors import SpecError
+from dob_companion.synthesis.reduce import minimal
+from dob_companion.synthesis.solvability import require_sampled_fast_enough
+from dob_companion.synthesis.spec import Entries, Matrices, Model, Polynomial, Weight, Zpk
+
+Array = NDArray[np.float64]
+
+
+def to_state_space(model: Model, dt: float, shape: tuple[int, int] | None = None) -> Any:
+    """Discrete python-control StateSpace of a model; `shape` (outputs, inputs) is checked when given.
+
+    Raises SpecError that names the place when matrices do not fit together or the shape differs, and
+    UnsolvableError when a continuous mode is too fast for the rate.
+    """
+    system = _realize(model, 0.0 if model.domain == "s" else dt)
+    if shape is not None and system.D.shape != shape:
+        raise SpecError(
+            f"{model.where}: has {system.D.shape[0]} outputs and {system.D.shape[1]} inputs, "
+            f"expected {shape[0]} and {shape[1]}"
+        )
+    if model.domain == "z":
+        return system
+    require_sampled_fast_enough(system, dt, model.where)
+    return discretize(system, dt, model.method)
+
+
+def weight_to_state_space(weight: Weight, dt: float, channels: int) -> Any:
+    """A weighting filter over `channels` channels, (channels, any number of inputs)."""
+    own = {index: to_state_space(model, dt, (1, 1)) for index, model in weight.own}
+    if weight.common is None:
+        return stack(own[i] for i in range(channels))
+    common = to_state_space(weight.common, dt)
+    outputs, inputs = common.D.shape
+    if (outputs, inputs) == (1, 1):
+        return stack(own.get(i, common) for i in range(channels))
+    if outputs != channels or own:
+        raise SpecError(
+            f"{weight.where}: has {outputs} outputs and {inputs} inputs, expected 1 and 1 (for each channel) "
+            f"or {channels} outputs for all channels at once"
+        )
+    return common
+
+
+def from_data(data: StateSpaceData, dt: float) -> Any:
+    """python-control's form of stored matrices."""
+    return ct.ss(data.A, data.B, data.C, data.D, dt)
+
+
+def to_data(system: Any) -> StateSpaceData:
+    """Stored form of a python-control system."""
+    return StateSpaceData(system.A, system.B, system.C, system.D)
+
+
+def stack(systems: Any) -> Any:
+    """Block-diagonal arrangement of systems."""
+    systems = list(systems)
+    return systems[0] if len(systems) == 1 else ct.append(*systems)
+
+
+def discretize(system: Any, dt: float, method: str) -> Any:
+    """Continuous to discrete at dt (s) by a named method (spec.METHODS)."""
+    if system.nstates == 0:
+        return ct.ss([], [], [], system.D, dt)
+    return ct.sample_system(system, dt, method=method)
+
+
+def _realize(model: Model, dt: float) -> Any:
+    match model.form:
+        case Zpk(zeros, poles, gain):
+            return zpk(zeros, poles, gain, dt)
+        case Polynomial(num, den):
+            return polynomial(num, den, dt)
+        case Matrices():
+            return _matrices(model.where, model.form, dt)
+        case Entries(size, items):
+            return _transfer_matrix(size, items, dt)
+
+
+def _matrices(where: str, form: Matrices, dt: float) -> Any:
+    try:
+        return from_data(StateSpaceData(form.A, form.B, form.C, form.D), dt)
+    except ValueError as problem:
+        raise SpecError(f"{where}: {problem}") from None
+
+
+def _transfer_matrix(size: int, items: Sequence[tuple[int, int, Model]], dt: float) -> Any:
+    """Entries side by side; poles that entries share are then merged by minimal realization."""
+    parts = [_realize(model, dt) for _, _, model in items]
+    left, right = np.zeros((size, len(parts))), np.zeros((len(parts), size))
+    for k, (to, source, _) in enumerate(items):
+        left[to, k] = right[k, source] = 1.0
+    whole = stack(parts)
+    return minimal(ct.ss(whole.A, whole.B @ right, left @ whole.C, left @ whole.D @ right, dt))
+
+
+def polynomial(num: ArrayLike, den: ArrayLike, dt: float) -> Any:
+    """num/den as a controllable companion form with exactly these coefficients."""
+    a, b = np.asarray(den, dtype=float), np.asarray(num, dtype=float)
+    a, b = a / a[0], np.concatenate([np.zeros(len(a) - len(b)), b]) / a[0]
+    n = len(a) - 1
+    A, B = np.eye(n, k=-1), np.eye(n, 1)
+    A[:1] = -a[1:]
+    return ct.ss(A, B, (b[1:] - b[0] * a[1:]).reshape(1, n), [[b[0]]], dt)
+
+
+def zpk(zeros: Sequence[complex], poles: Sequence[complex], gain: float, dt: float) -> Any:
+    """gain * prod(z - zeros) / prod(z - poles) as a cascade of sections of order 1 and 2."""
+    sections = _pair(_factors(zeros), _factors(poles))
+    cascade = ct.ss([], [], [], [[gain]], dt)
+    for num, den in sections:
+        cascade = polynomial(num, den, dt) * cascade
+    return cascade
+
+
+def _factors(roots: Sequence[complex]) -> list[Array]:
+    """Monic real factors: quadratics, and one linear factor when the number of roots is odd."""
+    real = sorted((r.real for r in roots if r.imag == 0), key=abs)
+    single = [np.array([1.0, -real.pop(0)])] if len(real) % 2 else []
+    doubles = [np.array([1.0, -(p + q), p * q]) for p, q in zip(real[::2], real[1::2], strict=True)]
+    complexes = [np.array([1.0, -2.0 * r.real, abs(r) ** 2]) for r in roots if r.imag > 0]
+    return single + doubles + complexes
+
+
+def _pair(nums: list[Array], dens: list[Array]) -> list[tuple[Array, Array]]:
+    """Give each denominator the nearest numerator that fits, the most resonant denominator first."""
+    left = list(nums)
+    out = []
+    for den in sorted(dens, key=lambda d: (-len(d), -abs(d[-1]))):
+        fitting = [k for k, num in enumerate(left) if len(num) <= len(den)]
+        if len(den) == 3 and any(len(left[k]) == 3 for k in fitting):
+            fitting = [k for k in fitting if len(left[k]) == 3]
+        if not fitting:
+            out.append((np.ones(1), den))
+            continue
+        pole = np.roots(den)[0]
+        best = min(fitting, key=lambda k: float(np.min(np.abs(np.roots(left[k]) - pole))))
+        out.append((left.pop(best), den))
+    return out

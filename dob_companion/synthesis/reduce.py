@@ -1,0 +1,93 @@
+"""Hidden modes found and removed by balancing.
+
+A mode that cannot be reached or seen does not change what a system does, but rounding makes it
+*almost* hidden: balanced coordinates rank states by how much they matter between input and output
+(Moore, IEEE TAC 26, 1981), and those at rounding level go. Systems with poles on or outside the unit
+circle are balanced at a larger radius, G(rho z): reachability and observability do not depend on rho.
+"""
+
+from typing import Any
+
+import control as ct
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+HIDDEN = 1e-8
+"""A state whose Hankel singular value is below this share of the largest is hidden."""
+
+
+def minimal(system: Any, tolerance: float = HIDDEN) -> Any:
+    """The system without its hidden modes; the order is unchanged when there are none.
+
+    Inputs and outputs are weighed alike whatever their units. States are returned balanced.
+    """
+    n = system.nstates
+    if n == 0:
+        return system
+    left, right, values = _balancing(system)
+    keep = int(np.sum(values > tolerance * values[0])) if values[0] > 0 else 0
+    if keep == n:
+        return system
+    T, Ti = right[:, :keep], left[:keep]
+    return ct.ss(Ti @ system.A @ T, Ti @ system.B, system.C @ T, system.D, system.dt)
+
+
+def balanced(system: Any) -> Any:
+    """The same system in balanced coordinates, in which rounding hurts least."""
+    if system.nstates == 0:
+        return system
+    left, right, values = _balancing(system)
+    if values[-1] <= 1e-14 * values[0]:
+        return system
+    return ct.ss(left @ system.A @ right, left @ system.B, system.C @ right, system.D, system.dt)
+
+
+def hidden_modes(system: Any, tolerance: float = HIDDEN) -> NDArray[np.complex128]:
+    """Eigenvalues of A that do not appear in the transfer function."""
+    poles = list(np.linalg.eigvals(system.A).astype(complex))
+    for pole in np.linalg.eigvals(minimal(system, tolerance).A):
+        poles.pop(int(np.argmin([abs(p - pole) for p in poles])))
+    return np.array(poles, dtype=complex)
+
+
+def _balancing(system: Any) -> tuple[Array, Array, Array]:
+    """Left and right balancing transformations (inverse to each other) and the Hankel singular values."""
+    radius = float(np.max(np.abs(np.linalg.eigvals(system.A))))
+    shrink = 1.0 if radius < 0.99999 else 1.0 / (1.02 * radius)
+    A, B = shrink * system.A, _unit_columns(system.B)
+    reach = np.sqrt(np.maximum(np.diag(gramian(A, B)), 0.0))
+    reach = np.where(reach > 1e-14 * np.max(reach), reach, 1.0)  # an unreachable state may have any scale
+    A, B, C = A * reach / reach[:, None], B / reach[:, None], _unit_columns((system.C * reach).T).T
+    Lp = _factor(gramian(A, B))
+    Lq = _factor(gramian(A.T, C.T))
+    U, values, Vt = np.linalg.svd(Lq.T @ Lp)
+    root = np.sqrt(np.maximum(values, 1e-300))
+    return (U / root).T @ Lq.T / reach, reach[:, None] * (Lp @ Vt.T / root), values
+
+
+def gramian(A: Array, B: Array) -> Array:
+    """P = A P A' + B B' for stable A by doubling (Smith, SIAM J. Appl. Math. 16, 1968).
+
+    Only sums of positive terms occur, so small and large states keep their digits side by side.
+    """
+    P, power = B @ B.T, A
+    for _ in range(60):
+        step = power @ P @ power.T
+        P = P + step
+        if np.all(np.diag(step) <= 1e-17 * np.diag(P)):
+            break
+        power = power @ power
+    return (P + P.T) / 2.0
+
+
+def _unit_columns(M: Array) -> Array:
+    norms = np.linalg.norm(M, axis=0)
+    return M / np.where(norms > 0, norms, 1.0)
+
+
+def _factor(P: Array) -> Array:
+    """L with L L' = P, for P symmetric and not negative; what rounding left of a null space is made zero."""
+    w, V = np.linalg.eigh((P + P.T) / 2.0)
+    return V * np.sqrt(np.where(w > 20.0 * np.finfo(float).eps * w[-1], w, 0.0))

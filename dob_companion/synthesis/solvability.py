@@ -1,0 +1,117 @@
+"""Whether the observer problem can be solved at all, asked before solving; each refusal names axis, mode and physics."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dob_companion.errors import SpecError, UnsolvableError
+from dob_companion.synthesis.loop import close_loop
+from dob_companion.synthesis.problem import Problem
+from dob_companion.synthesis.reduce import hidden_modes
+
+FASTEST_GROWTH = 2.0
+"""A plant mode that more than doubles within one sample cannot be held by a loop of that rate."""
+
+ON_CIRCLE = 1e-9
+"""Distance from the unit circle below which a mode counts as undamped."""
+
+
+def require_solvable(problem: Problem, axes: tuple[str, ...] | None = None) -> None:
+    """Raise SpecError for systems that do not fit together, UnsolvableError for a problem without solution."""
+    _require_sizes(problem)
+    names = axes or tuple(f"input {i + 1}" for i in range(problem.plant.D.shape[1]))
+    _require_carried(problem, names)
+    _require_seen(problem)
+    _require_weights(problem)
+    _require_stable_baseline(problem)
+
+
+def require_sampled_fast_enough(system: Any, dt: float, where: str) -> None:
+    """Refuse a continuous model whose modes turn or grow faster than the rate 1/dt can show."""
+    for pole in system.poles():
+        if abs(pole.imag) >= np.pi / dt:
+            raise UnsolvableError(
+                f"{where}: mode at {abs(pole.imag) / 2 / np.pi:.4g} Hz lies above half the rate, {0.5 / dt:.4g} Hz"
+            )
+        if pole.real * dt > np.log(FASTEST_GROWTH):
+            raise UnsolvableError(
+                f"{where}: unstable pole s = {pole.real:.4g} 1/s grows {np.exp(pole.real * dt):.3g}-fold a sample; "
+                f"a rate of {1 / dt:.4g} Hz cannot hold more than {FASTEST_GROWTH:g}"
+            )
+
+
+def describe(pole: complex, dt: float) -> str:
+    """A discrete mode in the words of an engineer."""
+    hertz = abs(np.angle(pole)) / (2.0 * np.pi * dt)
+    size = abs(pole)
+    if abs(size - 1.0) <= ON_CIRCLE:
+        motion = "neither grows nor decays"
+    else:
+        motion = f"{'grows' if size > 1 else 'decays'} by a factor {size:.6g} a sample"
+    root = f"{pole.real:.6g}" if abs(pole.imag) < 1e-12 else f"{pole.real:.6g}±{abs(pole.imag):.6g}j"
+    return f"mode z = {root} ({hertz:.4g} Hz, {motion})"
+
+
+def _require_sizes(problem: Problem) -> None:
+    p, m = problem.plant.D.shape
+    systems = {
+        "controller": (problem.controller, (m, p)),
+        "disturbance weight": (problem.disturbance_weight, (m, problem.disturbance_weight.D.shape[1])),
+        "noise weight": (problem.noise_weight, (p, problem.noise_weight.D.shape[1])),
+    }
+    for name, (system, shape) in systems.items():
+        if system.D.shape != shape:
+            raise SpecError(f"{name}: {system.D.shape[0]}x{system.D.shape[1]}, expected {shape[0]}x{shape[1]}")
+        if system.dt != problem.plant.dt:
+            raise SpecError(f"{name}: dt is {system.dt}, expected the plant's {problem.plant.dt}")
+    if not isinstance(problem.plant.dt, float) or problem.plant.dt <= 0.0:
+        raise SpecError(f"plant: dt is {problem.plant.dt}, expected a sample time in s")
+    if len(problem.delays) != m or min(problem.delays) < 0:
+        raise SpecError(f"delay_samples: {list(problem.delays)}, expected {m} of 0 or more")
+
+
+def _require_carried(problem: Problem, names: tuple[str, ...]) -> None:
+    poles = np.linalg.eigvals(problem.plant.A)
+    fast = poles[np.abs(poles) > FASTEST_GROWTH]
+    if fast.size:
+        worst = complex(fast[np.argmax(np.abs(fast))])
+        raise UnsolvableError(
+            f"plant of {', '.join(names)}: {describe(worst, problem.dt)} is outside what the rate can carry: "
+            f"expected poles within {FASTEST_GROWTH:g}"
+        )
+
+
+def _require_seen(problem: Problem) -> None:
+    for name, system in (("plant", problem.plant), ("controller", problem.controller)):
+        for pole in hidden_modes(system):
+            if abs(pole) >= 1.0 - ON_CIRCLE:
+                raise UnsolvableError(
+                    f"{name}: {describe(complex(pole), problem.dt)} cannot be reached from its input or seen in its "
+                    "output: no loop can hold it"
+                )
+
+
+def _require_weights(problem: Problem) -> None:
+    for name, weight in (("disturbance", problem.disturbance_weight), ("noise", problem.noise_weight)):
+        poles = np.linalg.eigvals(weight.A) if weight.nstates else np.zeros(0)
+        if np.any(np.abs(poles) >= 1.0):
+            worst = complex(poles[np.argmax(np.abs(poles))])
+            raise UnsolvableError(
+                f"{name} weight: {describe(worst, problem.dt)} is not stable: "
+                "a weight must be bounded at every frequency; move the pole just inside the unit circle"
+            )
+
+
+def _require_stable_baseline(problem: Problem) -> None:
+    m, p = problem.controller.D.shape
+    if abs(np.linalg.det(np.eye(p) + problem.plant.D @ problem.controller.D)) < 1e-12:
+        raise UnsolvableError("baseline loop: plant and controller both answer at once: 1 + G C is singular at z = inf")
+    loop = close_loop(problem.plant, problem.controller, None, problem.delays)
+    poles: NDArray[np.complex128] = np.linalg.eigvals(loop.system.A).astype(complex)
+    if np.any(np.abs(poles) >= 1.0):
+        worst = complex(poles[np.argmax(np.abs(poles))])
+        raise UnsolvableError(
+            f"baseline loop (controller and plant, observer off) is unstable: {describe(worst, problem.dt)}; "
+            "an observer cannot repair it: check the signs of u = C (r - y_n) and the gain"
+        )

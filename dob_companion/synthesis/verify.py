@@ -1,0 +1,76 @@
+"""A design verified again from its file alone: every norm recomputed, every recorded number compared."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from dob_companion.artifact import Certificate, DobBlock, DobDesign
+from dob_companion.errors import NotCertifiedError, RefusedError
+from dob_companion.synthesis.certificate import Optimum, certify
+from dob_companion.synthesis.design import best_level
+from dob_companion.synthesis.models import from_data
+from dob_companion.synthesis.problem import Problem
+from dob_companion.synthesis.solvability import require_solvable
+
+RELATIVE = 1e-5
+"""Agreement expected of recorded and recomputed numbers; they differ only by the machine's rounding."""
+
+ABSOLUTE = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One number of a certificate: as recorded, and as measured again."""
+
+    block: str
+    name: str
+    recorded: float
+    measured: float
+    agrees: bool
+
+
+def problem_of(block: DobBlock, dt: float) -> Problem:
+    """The stored problem of a block as python-control systems."""
+    stored = block.problem
+    return Problem(
+        plant=from_data(stored.plant, dt),
+        controller=from_data(stored.controller, dt),
+        disturbance_weight=from_data(stored.disturbance_weight, dt),
+        noise_weight=from_data(stored.noise_weight, dt),
+        delays=(block.delay_samples,) * len(block.axes),
+    )
+
+
+def verify(design: DobDesign) -> tuple[Finding, ...]:
+    """Measure every block again and compare.
+
+    Raises UnsolvableError or NotCertifiedError, naming the block, when the stored problem has no solution or
+    the stored observer fails its proof outright.
+    """
+    return tuple(finding for block in design.blocks for finding in _verify_block(block, design.dt))
+
+
+def _verify_block(block: DobBlock, dt: float) -> list[Finding]:
+    problem, recorded = problem_of(block, dt), block.certificate
+    try:
+        require_solvable(problem, block.axes)
+        gamma_star, _ = best_level(problem)
+        # A lower bound may be recorded too low (safe), but not above what is found now.
+        if recorded.gamma_star > gamma_star * (1.0 + RELATIVE):
+            raise NotCertifiedError(f"gamma_star is recorded as {recorded.gamma_star:.7g}, found {gamma_star:.7g}")
+        optimum = Optimum(recorded.gamma_star, recorded.gamma_star_method, recorded.gamma_backoff)
+        measured = certify(problem, from_data(block.observer, dt), optimum)
+    except RefusedError as refusal:
+        raise type(refusal)(f"block {block.name!r}: {refusal}") from refusal
+    return [_compare(block.name, name, recorded, measured) for name in _numbers()] + [
+        Finding(block.name, "gamma_star now", recorded.gamma_star, gamma_star, True)
+    ]
+
+
+def _numbers() -> list[str]:
+    return [f.name for f in fields(Certificate) if f.type in (float, int)]
+
+
+def _compare(block: str, name: str, recorded: Certificate, measured: Certificate) -> Finding:
+    was, now = float(getattr(recorded, name)), float(getattr(measured, name))
+    return Finding(block, name, was, now, bool(np.isclose(was, now, rtol=RELATIVE, atol=ABSOLUTE)))
