@@ -1,0 +1,44 @@
+"""How strong must the disturbance be? Fly the window with the observer off until its peaks are the scenario's."""
+
+import numpy as np
+
+from sitl.attitude import Vector
+from sitl.errors import FlightFailedError
+from sitl.flight import Flight
+from sitl.scenario import Scenario
+from sitl.script import OFF_WINDOW, Phase
+
+TOLERANCE = 1e-6
+"""Relative error of the peaks at which the search ends."""
+
+MAX_FLIGHTS = 30
+
+
+def peaks_off(scenario: Scenario, seed: int, scale: Vector) -> Vector:
+    """Peak attitude error of each axis, rad, mean removed, in the window flown without any companion."""
+    flight = Flight(scenario, seed, scale)
+    while flight.script.phase is not Phase.WAIT_OBSERVER:
+        flight.step()
+    arrays = flight.log.arrays()
+    error = arrays["attitude_error"][arrays["window"] == OFF_WINDOW].astype(float)
+    roll, pitch, yaw = np.abs(error - error.mean(axis=0)).max(axis=0).tolist()
+    return roll, pitch, yaw
+
+
+def disturbance_scale(scenario: Scenario, seed: int) -> Vector:
+    """Standard deviation of the disturbance per axis, normalized torque, that gives the scenario's error peaks.
+
+    Fixed-point iteration over whole flights of the vehicle itself, each axis scaled by wanted over found: the response
+    is all but linear and uncoupled, so a handful of flights do. Raises FlightFailedError when it does not settle
+    (peaks beyond what the torque limits allow).
+    """
+    if scenario.disturbance is None:
+        return (0.0, 0.0, 0.0)
+    wanted = np.array(scenario.disturbance.peak_attitude_error)
+    scale = np.full(3, 0.05)  # a start within reach: a twentieth of full torque
+    for _ in range(MAX_FLIGHTS):
+        found = np.array(peaks_off(scenario, seed, (scale[0], scale[1], scale[2])))
+        if np.all(np.abs(found / wanted - 1.0) < TOLERANCE):
+            return float(scale[0]), float(scale[1]), float(scale[2])
+        scale = scale * wanted / found
+    raise FlightFailedError(f"no disturbance gives error peaks of {wanted.tolist()} rad; expected smaller ones")

@@ -1,0 +1,113 @@
+"""Command line of the simulated vehicle."""
+
+import argparse
+import gc
+import signal
+import sys
+from pathlib import Path
+
+from sitl.calibration import disturbance_scale
+from sitl.errors import InputError, SitlError
+from sitl.flight import Flight
+from sitl.links import Link, open_link
+from sitl.result import write
+from sitl.run import Limits, Loop, fly_lockstep, fly_real_time, say
+from sitl.scenario import load, packaged_names
+from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
+
+LINK, GCS = "udpout:127.0.0.1:14540", "udpout:127.0.0.1:14550"
+
+_EXAMPLE = """\
+example: the paper's comparison as fast as the machine goes, results in ./flight
+  dob-companion run --design design.json --link udpin:127.0.0.1:14540 &
+  python -m sitl paper --clock lockstep --seed 1 -o flight
+"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The argument parser, also the source of `--help`."""
+    p = argparse.ArgumentParser(
+        prog="python -m sitl",
+        description="A simulated quadrotor tail-sitter on two MAVLink links: the companion's and the ground station's.",
+        epilog=_EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    names = ", ".join(packaged_names())
+    p.add_argument("scenario", nargs="?", default="calm", metavar="SCENARIO", help=f"{names}, or a .toml file (calm)")
+    p.add_argument("--clock", choices=("real-time", "lockstep"), default="real-time", help="default: %(default)s")
+    p.add_argument("--seed", type=_seed, default=1, metavar="N", help="of disturbance and noise (%(default)s)")
+    p.add_argument("--link", default=LINK, metavar="URL", help="the companion's link (%(default)s)")
+    p.add_argument("--gcs", default=GCS, metavar="URL", help="the ground station's link (%(default)s)")
+    p.add_argument("-o", dest="directory", type=Path, metavar="DIR", help="write result.json and flight.npz here")
+    p.add_argument("--await-arming", action="store_true", help="wait on the ground for ARM and TAKEOFF")
+    p.add_argument("--timeout", type=_seconds, metavar="S", help="lockstep: longest wait for a companion (for ever)")
+    p.add_argument("--event-timeout", type=_seconds, default=60.0, metavar="S", help="for awaited events (%(default)s)")
+    return p
+
+
+def _seed(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError("expected a whole number, 0 or more")
+    return value
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < 1e9:
+        raise argparse.ArgumentTypeError("expected a positive number of seconds")
+    return value
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run; returns the exit code."""
+    options = parser().parse_args(arguments)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    try:
+        return _fly(options)
+    except SitlError as error:
+        print(f"sitl: {error}", file=sys.stderr, flush=True)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("sitl: interrupted", file=sys.stderr, flush=True)
+        return 130
+
+
+def _fly(options: argparse.Namespace) -> int:
+    scenario = load(options.scenario)
+    directory: Path | None = options.directory
+    if directory is not None and directory.exists() and not directory.is_dir():
+        raise InputError(f"-o {directory}: is a file; expected a directory")
+    links: dict[str, Link] = {}
+    try:
+        links[COMPANION] = open_link(options.link)
+        links[GROUND] = open_link(options.gcs)
+        scale = disturbance_scale(scenario, options.seed)
+        if any(scale):
+            roll, pitch, yaw = scale
+            say(f"disturbance of roll {roll:.4f}, pitch {pitch:.4f}, yaw {yaw:.4f} normalized torque rms")
+        endless = scenario.windows is None
+        record = directory is not None or not endless
+        flight = Flight(scenario, options.seed, scale, await_arming=options.await_arming, record=record)
+        limits = Limits(options.timeout, None if endless else options.event_timeout)
+        loop = Loop(Endpoint(flight), links, limits)
+        return _run(loop, options.clock, directory)
+    finally:
+        for link in links.values():
+            link.close()
+
+
+def _run(loop: Loop, clock: str, directory: Path | None) -> int:
+    signal.signal(signal.SIGTERM, lambda *_: loop.stop())
+    signal.signal(signal.SIGINT, lambda *_: loop.stop(interrupted=True))
+    gc.freeze()  # what start-up left behind need not be looked through between samples
+    say(f"{loop.flight.scenario.title}; {clock}")
+    overruns = fly_lockstep(loop) if clock == "lockstep" else fly_real_time(loop)
+    if overruns:
+        say(f"{overruns} samples were late by more than one period")
+    flight = loop.flight
+    if directory is not None and (flight.complete or flight.scenario.windows is None):
+        write(flight, clock, directory)
+    if flight.complete:
+        loop.finish()
+    return 130 if loop.interrupted else 0

@@ -1,0 +1,78 @@
+"""The baseline controllers: PID (12) on each body rate, the quaternion attitude loop around it, and altitude hold."""
+
+from dataclasses import dataclass
+
+from sitl.attitude import Vector
+from sitl.dynamics import GRAVITY, HOVER_THRUST, ROLL_GAIN, YAW_GAIN
+
+ATTITUDE_GAIN = 6.5
+"""Rate asked for per attitude error, 1/s. The paper does not print it; 6.5 is the gain its time-domain reference
+values were computed with, a usual multirotor value (PX4's MC_PITCH_P and ArduPilot's ATC_ANG_PIT_P are 6.5 and 4.5)."""
+
+ALTITUDE_GAIN = 1.0
+"""Climb rate asked for per altitude error, 1/s. A guess: slower than the thrust lag by an order of magnitude."""
+
+CLIMB_GAIN = 2.5
+"""Acceleration asked for per climb rate error, 1/s. A guess, with 70 ms of thrust lag well damped."""
+
+MAX_CLIMB, MAX_SINK, LANDING_SINK = 2.0, 1.0, 0.5
+"""Climb rate limits, m/s. Guesses, usual for take-off and landing."""
+
+
+@dataclass(frozen=True, slots=True)
+class RateGains:
+    """C(z) = gain · (z − zeros[0]) (z − zeros[1]) / (z (z − 1)): rate error, rad/s, to normalized torque."""
+
+    gain: float
+    zeros: tuple[float, float]
+
+
+PITCH_PID = RateGains(gain=0.9002, zeros=(0.8343, 0.9987))
+"""Paper, Eq. (12)."""
+
+# The plant's gain is smaller on roll and yaw, the controller's larger: all three loops are the paper's pitch loop.
+ROLL_PID = RateGains(gain=PITCH_PID.gain / ROLL_GAIN, zeros=PITCH_PID.zeros)
+YAW_PID = RateGains(gain=PITCH_PID.gain / YAW_GAIN, zeros=PITCH_PID.zeros)
+
+
+class RateController:
+    """One `RateGains` in transposed direct form II, saturated at ±1.
+
+    The saturated output is what feeds back into the integrator, so it does not wind up; below saturation it is (12)
+    exactly.
+    """
+
+    __slots__ = ("_b0", "_b1", "_b2", "_s1", "_s2")
+
+    def __init__(self, gains: RateGains) -> None:
+        z1, z2 = gains.zeros
+        self._b0, self._b1, self._b2 = gains.gain, -gains.gain * (z1 + z2), gains.gain * z1 * z2
+        self._s1 = self._s2 = 0.0
+
+    def step(self, error: float) -> float:
+        """Torque for this rate error (r − y_n, rad/s); one call per sample."""
+        u = self._b0 * error + self._s1
+        u = -1.0 if u < -1.0 else min(u, 1.0)
+        self._s1 = self._b1 * error + u + self._s2  # denominator z² − z: a1 = −1, a2 = 0
+        self._s2 = self._b2 * error
+        return u
+
+    def reset(self) -> None:
+        """Forget everything, as on the ground."""
+        self._s1 = self._s2 = 0.0
+
+
+def rate_setpoint(attitude_error: Vector, gain: float = ATTITUDE_GAIN) -> Vector:
+    """Body rate, rad/s, that turns the attitude error back: −gain · e (paper, Fig. 4, the *Quaternion Linear* law)."""
+    return (-gain * attitude_error[0], -gain * attitude_error[1], -gain * attitude_error[2])
+
+
+def hold_altitude(target: float | None, altitude: float, climb: float, tilt_cosine: float) -> float:
+    """Normalized thrust, 0…1, towards `target` metres above the ground; None means: come down and land.
+
+    Proportional on altitude and climb rate over the known hover thrust, tilt compensated.
+    """
+    asked = -LANDING_SINK if target is None else ALTITUDE_GAIN * (target - altitude)
+    acceleration = CLIMB_GAIN * (max(-MAX_SINK, min(MAX_CLIMB, asked)) - climb)
+    thrust = HOVER_THRUST * (1.0 + acceleration / GRAVITY) / max(tilt_cosine, 0.5)
+    return max(0.0, min(1.0, thrust))

@@ -1,0 +1,151 @@
+"""What moves: the airframe behind a small protocol, and the identified linear one of the paper.
+
+A nonlinear airframe replaces `LinearAirframe` by offering the same few attributes; nothing else in the package knows
+which one flies.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, down_component, rotated_by_rate
+
+DT = 0.004
+"""Sample time, s: the paper's attitude loop runs at 250 Hz (beside Eq. (10))."""
+
+GRAVITY = 9.80665
+"""Standard gravity, m/s² (ISO 80000-3)."""
+
+HOVER_THRUST = 0.5
+"""Normalized thrust that carries the weight. A guess: a usual thrust-to-weight ratio of two."""
+
+THRUST_LAG = 0.9447
+"""Pole of thrust behind its command, per sample: 70 ms. Taken from the pole of Eq. (11), read as rotor lag; a guess."""
+
+VERTICAL_DAMPING = 0.3
+"""Climb rate lost to drag, 1/s. A guess; it only shapes take-off."""
+
+
+@dataclass(frozen=True, slots=True)
+class RateAxis:
+    """G(z) = gain · (z − zero) / ((z − 1)(z − pole)): normalized torque to body rate, rad/s, at `DT`."""
+
+    gain: float
+    zero: float
+    pole: float
+
+
+PITCH = RateAxis(gain=0.14131, zero=-1.716, pole=0.9447)
+"""Paper, Eq. (11)."""
+
+ROLL_GAIN, YAW_GAIN = 0.60, 0.35
+"""Gain of roll and yaw relative to pitch. The paper gives no models for them: guesses, the same numbers as in
+`examples/tailsitter_paper.toml`. In hover, roll turns the whole wing span and yaw is rotor drag and slipstream over
+the wing, so both answer more slowly than pitch."""
+
+ROLL = RateAxis(gain=ROLL_GAIN * PITCH.gain, zero=PITCH.zero, pole=PITCH.pole)
+YAW = RateAxis(gain=YAW_GAIN * PITCH.gain, zero=PITCH.zero, pole=PITCH.pole)
+
+
+class Airframe(Protocol):
+    """A body in the air, advanced one sample at a time.
+
+    `rate` is the body rate in hover axes, rad/s; `attitude` turns hover axes into north-east-down; `altitude` and
+    `climb` are m and m/s above the take-off point, up positive; `specific_force` is what an accelerometer feels, m/s²,
+    hover axes.
+    """
+
+    rate: Vector
+    attitude: Quaternion
+    altitude: float
+    climb: float
+    on_ground: bool
+    specific_force: Vector
+
+    def advance(self, moment: Vector, disturbance: Vector, thrust: float) -> None:
+        """Fly one sample of `DT` seconds with these inputs held.
+
+        `moment` and `disturbance` are normalized torque about roll, pitch, yaw (they add at the plant's input);
+        `thrust` is normalized, 0…1.
+        """
+        ...
+
+
+class LinearAxis:
+    """One `RateAxis` as a difference equation in transposed direct form II, the form of `scipy.signal.lfilter`."""
+
+    __slots__ = ("_a1", "_a2", "_b1", "_b2", "_s1", "_s2")
+
+    def __init__(self, axis: RateAxis) -> None:
+        self._b1, self._b2 = axis.gain, -axis.gain * axis.zero
+        self._a1, self._a2 = -(1.0 + axis.pole), axis.pole
+        self._s1 = self._s2 = 0.0
+
+    @property
+    def rate(self) -> float:
+        """Body rate now, rad/s: G is strictly proper, so it does not depend on the moment applied now."""
+        return self._s1
+
+    def advance(self, moment: float) -> float:
+        """Apply `moment` (normalized torque, disturbance included) for one sample; returns the new rate, rad/s."""
+        y = self._s1
+        self._s1 = self._b1 * moment - self._a1 * y + self._s2
+        self._s2 = self._b2 * moment - self._a2 * y
+        return self._s1
+
+    def reset(self) -> None:
+        """Stand still."""
+        self._s1 = self._s2 = 0.0
+
+
+class LinearAirframe:
+    """Three uncoupled linear rate axes, an exact attitude integration and a vertical axis.
+
+    Limits: rates do not couple (no gyroscopic or inertial terms, as in Section III of the paper), no flexible modes,
+    no aerodynamics beyond what Eq. (11) holds; thrust and attitude do not push it sideways, so it stays above its
+    take-off point; on the ground it stands upright and feels no disturbance. Within a sample the rate is taken to
+    change linearly, so attitude turns by its mean.
+    """
+
+    def __init__(self, axes: tuple[RateAxis, RateAxis, RateAxis] = (ROLL, PITCH, YAW)) -> None:
+        self._roll, self._pitch, self._yaw = (LinearAxis(a) for a in axes)
+        self.rate: Vector = ZERO
+        self.attitude: Quaternion = LEVEL
+        self.altitude = 0.0
+        self.climb = 0.0
+        self.on_ground = True
+        self.specific_force: Vector = (0.0, 0.0, -GRAVITY)
+        self._lift = 0.0  # lagged thrust
+
+    def advance(self, moment: Vector, disturbance: Vector, thrust: float) -> None:
+        """Fly one sample; see `Airframe.advance`."""
+        self._advance_vertical(thrust)
+        if self.on_ground:
+            return
+        p, q, r = self.rate
+        rate = (
+            self._roll.advance(moment[0] + disturbance[0]),
+            self._pitch.advance(moment[1] + disturbance[1]),
+            self._yaw.advance(moment[2] + disturbance[2]),
+        )
+        mean = (0.5 * (p + rate[0]), 0.5 * (q + rate[1]), 0.5 * (r + rate[2]))
+        self.attitude = rotated_by_rate(self.attitude, mean, DT)
+        self.rate = rate
+
+    def _advance_vertical(self, thrust: float) -> None:
+        self._lift = THRUST_LAG * self._lift + (1.0 - THRUST_LAG) * thrust
+        push = GRAVITY * self._lift / HOVER_THRUST
+        acceleration = push * down_component(self.attitude) - GRAVITY - VERTICAL_DAMPING * self.climb
+        if self.on_ground and acceleration <= 0.0:
+            return
+        self.on_ground = False
+        self.climb += acceleration * DT
+        self.altitude += self.climb * DT
+        self.specific_force = (0.0, 0.0, -push)
+        if self.altitude <= 0.0:
+            self._touch_down()
+
+    def _touch_down(self) -> None:
+        self.altitude, self.climb, self.on_ground = 0.0, 0.0, True
+        self.rate, self.attitude, self.specific_force = ZERO, LEVEL, (0.0, 0.0, -GRAVITY)
+        for axis in (self._roll, self._pitch, self._yaw):
+            axis.reset()

@@ -1,0 +1,58 @@
+"""The flight recorder: one row per sample, compact while flying, named arrays afterwards."""
+
+from array import array
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitl.vehicle import DT_US, START_US, Sample
+
+_COLUMNS = (
+    ("stamp_us", 1, np.int64),
+    ("window", 1, np.int8),
+    ("rate", 3, np.float64),
+    ("gyro", 3, np.float64),
+    ("u_e", 3, np.float64),
+    ("correction", 3, np.float64),
+    ("age", 1, np.int16),
+    ("disturbance", 3, np.float64),
+    ("attitude_error", 3, np.float64),
+    ("quaternion", 4, np.float64),
+)
+_WIDTH = sum(width for _, width, _ in _COLUMNS)
+
+Arrays = dict[str, NDArray[np.generic]]
+
+
+class FlightLog:
+    """Rows of doubles (stamps stay exact up to 2^53 µs), and which samples were answered."""
+
+    def __init__(self) -> None:
+        self._rows = array("d")
+        self._answered = bytearray()
+
+    def add(self, sample: Sample, window: int) -> None:
+        """Record one sample."""
+        s = sample
+        age = min(s.age, 32767)
+        self._rows.extend((s.stamp_us, window, *s.rate, *s.gyro, *s.u_e, *s.correction, age))
+        self._rows.extend((*s.disturbance, *s.attitude_error, *s.quaternion))
+        self._answered.append(0)
+
+    def answer(self, stamp_us: int) -> None:
+        """Note that an answer to the sample with this stamp came; other stamps are nobody's answer."""
+        index, rest = divmod(stamp_us - START_US, DT_US)
+        if rest == 0 and 0 <= index < len(self._answered):
+            self._answered[index] = 1
+
+    def arrays(self) -> Arrays:
+        """Arrays over the whole flight at 250 Hz, N samples: see `flight.npz` in docs/scenarios.md."""
+        table = np.array(self._rows).reshape(-1, _WIDTH)
+        result: Arrays = {}
+        start = 0
+        for name, width, kind in _COLUMNS:
+            block = table[:, start : start + width]
+            result[name] = (block[:, 0] if width == 1 else block).astype(kind)
+            start += width
+        result["answered"] = np.frombuffer(bytes(self._answered), np.uint8).astype(bool)
+        return result

@@ -1,0 +1,139 @@
+"""One vehicle, one sample at a time: sensors, control, saturation, airframe. Pure; it knows no MAVLink and no clock."""
+
+import struct
+from typing import NamedTuple
+
+from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error, down_component
+from sitl.controller import (
+    ATTITUDE_GAIN,
+    PITCH_PID,
+    ROLL_PID,
+    YAW_PID,
+    RateController,
+    hold_altitude,
+    rate_setpoint,
+)
+from sitl.correction import CorrectionInput
+from sitl.dynamics import DT, Airframe
+
+DT_US = round(DT * 1e6)
+
+START_US = 10_000_000
+"""Stamp of sample 0, µs: not zero, so that an empty field is never mistaken for a time."""
+
+_SINGLES = struct.Struct("<3f")
+
+
+class Sample(NamedTuple):
+    """Everything about one sample; vectors are roll, pitch, yaw in hover axes.
+
+    `rate` and `gyro` (y and y_n) in rad/s; `u_e`, `correction`, `disturbance` in normalized torque, `u_e` including the
+    correction and saturation; `age` in samples, −1 when there is no correction; `attitude_error` in rad; `quaternion`
+    scalar first; `thrust` 0…1; `specific_force` in m/s².
+    """
+
+    stamp_us: int
+    rate: Vector
+    gyro: Vector
+    u_e: Vector
+    correction: Vector
+    age: int
+    disturbance: Vector
+    attitude_error: Vector
+    quaternion: Quaternion
+    thrust: float
+    specific_force: Vector
+
+
+class Vehicle:
+    """Airframe, controllers and the pilot's few switches (arm, take off, land).
+
+    The gyro reading and the applied torque are rounded to single precision where a real autopilot holds them as such,
+    so what goes over the wire is exactly what the vehicle used.
+    """
+
+    def __init__(self, airframe: Airframe, attitude_gain: float = ATTITUDE_GAIN) -> None:
+        self.airframe = airframe
+        self.attitude_gain = attitude_gain
+        self.attitude_command: Quaternion = LEVEL
+        self.armed = False
+        self.landing = False
+        self.target_altitude: float | None = None
+        self.now_us = START_US - DT_US
+        self._axes = tuple(RateController(gains) for gains in (ROLL_PID, PITCH_PID, YAW_PID))
+
+    @property
+    def flying(self) -> bool:
+        """Off the ground."""
+        return not self.airframe.on_ground
+
+    def arm(self) -> None:
+        """Let the motors turn; it stays on the ground until told to take off."""
+        self.armed = True
+
+    def disarm(self) -> None:
+        """Stop the motors at once, wherever it is."""
+        self.armed, self.landing, self.target_altitude = False, False, None
+
+    def take_off(self, altitude: float) -> None:
+        """Climb to `altitude` metres and stay. Needs an armed vehicle."""
+        self.target_altitude, self.landing = altitude, False
+
+    def land(self) -> None:
+        """Come down; it disarms itself on the ground."""
+        self.landing = self.flying
+
+    def step(self, disturbance: Vector, noise: Vector, corrections: CorrectionInput) -> Sample:
+        """Fly the next sample: read the gyro, compute and apply u_e, hold it until the sample after."""
+        frame = self.airframe
+        self.now_us = now = self.now_us + DT_US
+        correction, answers = corrections.at(now)
+        rate, attitude = frame.rate, frame.attitude
+        gyro = _single(rate[0] + noise[0], rate[1] + noise[1], rate[2] + noise[2])
+        error = attitude_error(self.attitude_command, attitude)
+        thrust = self._thrust(frame)
+        if frame.on_ground or not self.armed:
+            self._reset_controllers()
+            u_e, correction = ZERO, ZERO
+        else:
+            u_e = self._torque(error, gyro, correction)
+        frame.advance(u_e, disturbance, thrust)
+        if self.landing and frame.on_ground:
+            self.disarm()
+        return Sample(
+            now,
+            rate,
+            gyro,
+            u_e,
+            correction,
+            -1 if answers is None else (now - answers + DT_US // 2) // DT_US,
+            ZERO if frame.on_ground else disturbance,
+            error,
+            attitude,
+            thrust,
+            frame.specific_force,
+        )
+
+    def _torque(self, error: Vector, gyro: Vector, correction: Vector) -> Vector:
+        """u_e = sat(C (r − y_n) + correction), per axis."""
+        setpoint = rate_setpoint(error, self.attitude_gain)
+        roll, pitch, yaw = self._axes
+        u0 = roll.step(setpoint[0] - gyro[0]) + correction[0]
+        u1 = pitch.step(setpoint[1] - gyro[1]) + correction[1]
+        u2 = yaw.step(setpoint[2] - gyro[2]) + correction[2]
+        return _single(max(-1.0, min(1.0, u0)), max(-1.0, min(1.0, u1)), max(-1.0, min(1.0, u2)))
+
+    def _thrust(self, frame: Airframe) -> float:
+        if not self.armed or (self.target_altitude is None and not self.landing):
+            return 0.0
+        target = None if self.landing else self.target_altitude
+        return hold_altitude(target, frame.altitude, frame.climb, down_component(frame.attitude))
+
+    def _reset_controllers(self) -> None:
+        for axis in self._axes:
+            axis.reset()
+
+
+def _single(x: float, y: float, z: float) -> Vector:
+    """The three numbers rounded to single precision."""
+    return _SINGLES.unpack(_SINGLES.pack(x, y, z))

@@ -1,0 +1,154 @@
+"""The simulated vehicle on its two links: MAVLink in, MAVLink out, forwarding in between. Pure.
+
+Four verbs: `receive(link, data)`, `advance(now)`, `bytes_to_send(link)`, and `step()`, which flies one sample. Wall
+time enters by `advance` only and serves heartbeats, the ground station's streams and repeated notices; the companion's
+streams run on vehicle time.
+"""
+
+from math import inf
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl.correction import Verdict
+from sitl.flight import Flight
+from sitl.vehicle import Sample
+from sitl.wire.commands import Commands
+from sitl.wire.messages import BUILDERS, actuator_control_target, heartbeat, highres_imu
+from sitl.wire.parameters import Parameters
+from sitl.wire.port import COMPONENT, SYSTEM, Message, Port
+from sitl.wire.router import is_for_vehicle, passes
+from sitl.wire.streams import COMPANION_STREAMS, GROUND_STREAMS, Streams
+
+COMPANION, GROUND = "companion", "ground"
+OBSERVER = (SYSTEM, mavlink.MAV_COMP_ID_ONBOARD_COMPUTER)
+"""Who may correct: component 191 of the vehicle's own system."""
+
+HEARTBEAT_S = 1.0
+DATAGRAM = 1200
+"""Messages are joined into datagrams of at most this many bytes, so the pair of a sample travels as one."""
+
+
+class Endpoint:
+    """MAVLink side of one flight."""
+
+    def __init__(self, flight: Flight) -> None:
+        self.flight = flight
+        self.newest_answered = False
+        self.ignored = 0
+        self._ports = {COMPANION: Port(COMPANION), GROUND: Port(GROUND)}
+        self._streams = {COMPANION: Streams(COMPANION_STREAMS), GROUND: Streams(GROUND_STREAMS)}
+        self._parameters = Parameters(flight.vehicle, flight.scenario.hover_altitude, flight.seed)
+        self._commands = Commands(flight, self._parameters, self._streams, COMPANION)
+        self._next_heartbeat = self._next_call = -inf
+
+    @property
+    def bad(self) -> int:
+        """Pieces of garbage heard on both links."""
+        return sum(port.bad for port in self._ports.values())
+
+    def step(self) -> list[str]:
+        """Fly the next sample and queue its pair; returns the script's notices. Raises FlightFailedError."""
+        self._stream(COMPANION, self.flight.vehicle.now_us * 1e-6)
+        sample, notices = self.flight.step()
+        self.newest_answered = False
+        self._send_pair(sample)
+        for text in notices:
+            self.notice(text)
+        return notices
+
+    def repeat(self) -> None:
+        """Queue the newest pair again, unchanged: a sign of life while the clock stands."""
+        if self.flight.newest is not None:
+            self._send_pair(self.flight.newest)
+
+    def _send_pair(self, sample: Sample) -> None:
+        port = self._ports[COMPANION]
+        port.send(highres_imu(sample))
+        port.send(actuator_control_target(sample))
+
+    def notice(self, text: str) -> None:
+        """Tell the ground station, as STATUSTEXT `sitl: …` (at most 50 bytes)."""
+        raw = f"sitl: {text}".encode()[:50]
+        self._ports[GROUND].send(mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_NOTICE, raw))
+
+    def advance(self, now: float) -> None:
+        """Queue what is due at wall time `now`, s: heartbeats, the ground station's streams, what is waited for."""
+        if now >= self._next_heartbeat:
+            self._next_heartbeat = now + HEARTBEAT_S
+            for port in self._ports.values():
+                port.send(heartbeat(self.flight.vehicle))
+        awaiting = self.flight.script.awaiting
+        if awaiting is None:
+            self._next_call = now
+        elif now >= self._next_call:
+            self._next_call = now + 1.0
+            self.notice(f"waiting for {awaiting}")
+        self._stream(GROUND, now)
+
+    def _stream(self, link: str, now: float) -> None:
+        newest = self.flight.newest
+        if newest is not None:
+            for number in self._streams[link].due(now):
+                self._ports[link].send(BUILDERS[number](self.flight.vehicle, newest))
+
+    def bytes_to_send(self, link: str) -> list[bytes]:
+        """Datagrams for `link`, whole messages each, oldest first."""
+        messages = self._ports[link].take()
+        if len(messages) < 2:
+            return messages
+        datagrams, size = [[messages[0]]], len(messages[0])
+        for message in messages[1:]:
+            size += len(message)
+            if size > DATAGRAM:
+                datagrams.append([])
+                size = len(message)
+            datagrams[-1].append(message)
+        return [b"".join(d) for d in datagrams]
+
+    def receive(self, link: str, data: bytes) -> None:
+        """Take in bytes from `link`; garbage is counted. Raises FlightFailedError when the script is broken by them."""
+        port = self._ports[link]
+        other = self._ports[GROUND if link == COMPANION else COMPANION]
+        for message in port.parse(data):
+            kind = message.get_type()
+            if kind == "DEBUG_VECT":
+                if link == COMPANION and message.name == "DOB_CORR":
+                    self._correct(message, message.time_usec, (message.x, message.y, message.z))
+                continue
+            if passes(message, other.heard):
+                other.forward(bytes(message.get_msgbuf()))
+            self._handle(kind, message, link, port)
+
+    def _handle(self, kind: str, message: Message, link: str, port: Port) -> None:
+        if kind == "PARAM_VALUE":
+            self._observe(message, link)
+        elif kind == "TIMESYNC":
+            if message.tc1 == 0:
+                now_ns = self.flight.vehicle.now_us * 1000
+                port.send(mavlink.MAVLink_timesync_message(now_ns, message.ts1))
+        elif not is_for_vehicle(message, COMPONENT):
+            return
+        elif kind in ("COMMAND_LONG", "COMMAND_INT"):
+            self._commands.receive(message, port)
+        elif kind.startswith("PARAM_"):
+            self._parameters.receive(message, port)
+        elif kind == "MISSION_REQUEST_LIST":
+            source = (message.get_srcSystem(), message.get_srcComponent())
+            port.send(mavlink.MAVLink_mission_count_message(*source, 0))
+        elif kind == "SET_ACTUATOR_CONTROL_TARGET" and link == COMPANION and message.group_mlx == 2:
+            x, y, z = message.controls[:3]
+            self._correct(message, message.time_usec, (x, y, z))
+
+    def _correct(self, message: Message, stamp_us: int, value: tuple[float, float, float]) -> None:
+        """An answer of the companion: taken up or ignored, it is an answer to the sample whose stamp it bears."""
+        if (message.get_srcSystem(), message.get_srcComponent()) != OBSERVER:
+            return
+        if self.flight.answer(stamp_us, value) is not Verdict.TAKEN:
+            self.ignored += 1
+        if stamp_us == self.flight.vehicle.now_us:
+            self.newest_answered = True
+
+    def _observe(self, message: Message, link: str) -> None:
+        source = (message.get_srcSystem(), message.get_srcComponent())
+        if link == COMPANION and source == OBSERVER and message.param_id == "DOB_ENABLE":
+            self.flight.script.observer_reported(message.param_value == 1.0)
