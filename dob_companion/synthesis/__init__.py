@@ -12,7 +12,7 @@ One room per question: `spec` (what is asked), `models` (as state space), `solva
 `responses` (seen), `verify` (measured again from the file).
 """
 
-from dob_companion.synthesis.design import Synthesis, design, design_block, synthesize
+from dob_companion.synthesis.design import Synthesis, design, design_block, design_from_toml, synthesize
 from dob_companion.synthesis.models import polynomial, zpk
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.responses import Responses, block_responses, default_frequencies, standard_form
@@ -29,6 +29,7 @@ __all__ = [
     "default_frequencies",
     "design",
     "design_block",
+    "design_from_toml",
     "parse_spec",
     "polynomial",
     "standard_form",

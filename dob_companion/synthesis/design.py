@@ -19,7 +19,7 @@ from dob_companion.synthesis.reduce import minimal
 from dob_companion.synthesis.riccati import bracket_gamma_star, central_filter
 from dob_companion.synthesis.scaling import whitened
 from dob_companion.synthesis.solvability import require_solvable
-from dob_companion.synthesis.spec import BlockSpec, Spec
+from dob_companion.synthesis.spec import BlockSpec, Spec, parse_spec
 
 AGREEMENT = 1e-3
 """The LMI and the Riccati equation must agree on gamma_star within this share."""
@@ -39,6 +39,7 @@ def synthesize(
     controller: Any,
     disturbance_weight: Any,
     noise_weight: Any,
+    *,
     delay_samples: int | tuple[int, ...] = 1,
     gamma_backoff: float = 1.01,
     axes: tuple[str, ...] | None = None,
@@ -75,9 +76,9 @@ def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
             to_state_space(spec.controller, dt, (size, size)),
             weight_to_state_space(spec.disturbance, dt, size),
             weight_to_state_space(spec.noise, dt, size),
-            spec.delay_samples,
-            gamma_backoff,
-            spec.axes,
+            delay_samples=spec.delay_samples,
+            gamma_backoff=gamma_backoff,
+            axes=spec.axes,
         )
     except RefusedError as refusal:
         raise type(refusal)(f"block {spec.name!r}: {refusal}") from refusal
@@ -109,6 +110,15 @@ def design(spec: Spec) -> DobDesign:
     )
 
 
+def design_from_toml(text: str, source: str = "spec.toml") -> DobDesign:
+    """From a spec's text to a certified design; see `parse_spec` and `design` for the errors raised."""
+    spec = parse_spec(text, source)
+    try:
+        return design(spec)
+    except RefusedError as refusal:
+        raise type(refusal)(f"{source}: {refusal}") from refusal
+
+
 def _posed(problem: Problem) -> EstimationProblem:
     return estimation_problem(problem.plant, problem.disturbance_weight, problem.noise_weight, problem.delays)
 
@@ -133,6 +143,6 @@ def _best_level(white: EstimationProblem) -> tuple[float, str]:
         return low, "Riccati equation infeasible below (bisection)"
     if not abs(solution.dual_bound - low) <= AGREEMENT * low:
         raise UnsolvableError(
-            f"gamma_star is {low:.6g} to {high:.6g} by the Riccati equation, {solution.dual_bound:.6g} by the LMI's dual"
+            f"gamma_star is {low:.6g} to {high:.6g} by Riccati equation but {solution.dual_bound:.6g} by the LMI's dual"
         )
     return min(low, solution.dual_bound), "smaller of Riccati infeasibility (bisection) and LMI dual (Clarabel)"

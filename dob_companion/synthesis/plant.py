@@ -136,9 +136,9 @@ def delay_line(lengths: tuple[int, ...], taps: tuple[int, ...], dt: float) -> An
     C, D = np.zeros((2 * m, n)), np.zeros((2 * m, m))
     first = 0
     for i, length in enumerate(lengths):
-        for row, delay in ((i, lengths[i]), (m + i, taps[i])):
-            if delay:
-                C[row, first + delay - 1] = 1.0
+        for row, late in ((i, length), (m + i, taps[i])):
+            if late:
+                C[row, first + late - 1] = 1.0
             else:
                 D[row, i] = 1.0
         if length:

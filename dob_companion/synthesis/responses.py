@@ -68,7 +68,7 @@ def block_responses(block: DobBlock, dt: float, frequency_hz: Array | None = Non
         Q=Q,
         G_n_inverse=inverse,
         G=G,
-        G_inverse=np.linalg.pinv(G, rcond=1e-13),
+        G_inverse=np.linalg.pinv(G, rcond=1e-13).astype(complex),
         d_to_estimate=response(on.part("d_hat", "d"), angles),
         d_to_rate_off=response(off.part("y", "d"), angles),
         d_to_rate_on=response(on.part("y", "d"), angles),
@@ -86,4 +86,4 @@ def standard_form(observer: Any, p: int, angles: Array) -> tuple[ComplexArray, C
     """
     D = response(observer, angles)
     Q = -D[:, :, p:]
-    return Q, np.linalg.pinv(Q, rcond=1e-13) @ D[:, :, :p]
+    return Q, np.asarray(np.linalg.pinv(Q, rcond=1e-13) @ D[:, :, :p])

@@ -1,4 +1,4 @@
-"""Whether the observer problem can be solved at all, asked before solving; each refusal names axis, mode and physics."""
+"""Whether the observer problem has a solution, asked before solving; each refusal names axis, mode and physics."""
 
 from typing import Any
 
@@ -104,9 +104,8 @@ def _require_weights(problem: Problem) -> None:
 
 
 def _require_stable_baseline(problem: Problem) -> None:
-    m, p = problem.controller.D.shape
-    if abs(np.linalg.det(np.eye(p) + problem.plant.D @ problem.controller.D)) < 1e-12:
-        raise UnsolvableError("baseline loop: plant and controller both answer at once: 1 + G C is singular at z = inf")
+    if abs(np.linalg.det(np.eye(len(problem.plant.D)) + problem.plant.D @ problem.controller.D)) < 1e-12:
+        raise UnsolvableError("baseline loop: plant and controller both answer at once and 1 + G C is singular")
     loop = close_loop(problem.plant, problem.controller, None, problem.delays)
     poles: NDArray[np.complex128] = np.linalg.eigvals(loop.system.A).astype(complex)
     if np.any(np.abs(poles) >= 1.0):
