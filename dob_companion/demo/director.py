@@ -1,0 +1,107 @@
+"""Who does what, when: the demo as a sequence of acts."""
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from subprocess import Popen
+from typing import Any
+
+from dob_companion.artifact import DobDesign, dumps
+from dob_companion.demo.processes import child, free_udp_ports, last_line, stop
+from dob_companion.demo.screen import Screen
+from dob_companion.errors import FlightFailedError
+from dob_companion.files import make_directory, read_bytes, read_text, write_bytes, write_text
+from dob_companion.ground import GroundStation
+from dob_companion.report.flight_page import flight_page, hero_png
+from dob_companion.report.trace import parse_trace
+from dob_companion.runtime.urls import LinkUrl
+from dob_companion.synthesis import design_from_toml
+
+CONNECT_S = 20.0
+TURN_S = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Demo:
+    """What to fly: the spec, where results go, the seed, and whether the clock is lockstep."""
+
+    spec: Path
+    out: Path
+    seed: int
+    fast: bool
+
+    @property
+    def clock(self) -> str:
+        """The vehicle's clock, by the name its command line knows."""
+        return "lockstep" if self.fast else "real-time"
+
+
+def fly_demo(demo: Demo, screen: Screen) -> tuple[dict[str, Any], int]:
+    """Design, fly, switch, evaluate. Returns result.json's object and the delay designed for; DIR holds all files.
+
+    Raises FlightFailedError when a process ends before the flight is complete.
+    """
+    make_directory(demo.out)
+    design = _design(demo, screen)
+    _fly(demo, screen)
+    result: dict[str, Any] = json.loads(read_text(demo.out / "result.json"))
+    screen.act("report", "drawing the paper's figures from this flight")
+    trace = parse_trace(read_bytes(demo.out / "flight.npz"), str(demo.out / "flight.npz"))
+    write_text(demo.out / "report.html", flight_page(design, result, trace))
+    write_bytes(demo.out / "flight.png", hero_png(design, result, trace))
+    screen.done()
+    return result, design.delay_samples
+
+
+def _design(demo: Demo, screen: Screen) -> DobDesign:
+    screen.act("design", f"solving the H-infinity problem of {demo.spec.name}")
+    text, design = dumps(design_from_toml(read_text(demo.spec), str(demo.spec)))
+    write_text(demo.out / "design.json", text)
+    screen.certificate(design)
+    return design
+
+
+def _fly(demo: Demo, screen: Screen) -> None:
+    companion_port, ground_port = free_udp_ports(2)
+    screen.act("flight", f"vehicle and companion as two processes over UDP, {demo.clock}")
+    companion_log, vehicle_log = demo.out / "companion.log", demo.out / "vehicle.log"
+    companion_url = f"udpin:127.0.0.1:{companion_port}"
+    vehicle_arguments = ["paper", "--clock", demo.clock, "--seed", str(demo.seed), "--await-arming"]
+    vehicle_arguments += ["--link", f"udpout:127.0.0.1:{companion_port}", "--gcs", f"udpout:127.0.0.1:{ground_port}"]
+    vehicle_arguments += ["-o", str(demo.out)]
+    design = str(demo.out / "design.json")
+    with (
+        child("dob_companion", ["run", "--design", design, "--link", companion_url], companion_log) as companion,
+        child("sitl", vehicle_arguments, vehicle_log) as vehicle,
+    ):
+        watched = {"vehicle": (vehicle, vehicle_log), "companion": (companion, companion_log)}
+        with GroundStation(LinkUrl("udpin", "127.0.0.1", ground_port), CONNECT_S) as station:
+            _serve_ground(station, screen, watched)
+        if stop(companion) != 0:
+            raise FlightFailedError(f"companion: {last_line(companion_log)} (see {companion_log})")
+    screen.note(last_line(companion_log).partition("info")[2].strip())
+
+
+def _serve_ground(station: GroundStation, screen: Screen, watched: dict[str, tuple[Popen[bytes], Path]]) -> None:
+    """Do as the vehicle announces, until it says that the flight is complete."""
+    duties = {
+        "sitl: waiting for arm": station.arm,
+        "sitl: waiting for takeoff": station.take_off,
+        "sitl: waiting for DOB_ENABLE=1": lambda: station.set_parameter("DOB_ENABLE", 1.0),
+    }
+    complete = False
+    while not (complete and watched["vehicle"][0].poll() == 0):
+        for text in station.texts_until(time.monotonic() + TURN_S):
+            duty = duties.pop(text, None)
+            screen.text(text)
+            if duty:
+                duty()
+            complete = complete or text == "sitl: flight complete"
+        screen.telemetry(station.telemetry)
+        for name, (process, log) in watched.items():
+            code = process.poll()
+            if code == 0 and name == "vehicle":
+                complete = True
+            elif code is not None:
+                raise FlightFailedError(f"{name} ended with exit code {code}: {last_line(log)} (see {log})")

@@ -1,0 +1,173 @@
+"""What the demo shows while it runs: a live view on a terminal, plain lines anywhere else."""
+
+import sys
+from typing import Any, Protocol
+
+from dob_companion.artifact import AXES, DobDesign
+from dob_companion.ground import Telemetry
+from dob_companion.supervisor import State
+
+BAR_HALF = 16
+FULL_SCALE = 0.3
+"""d_hat at which a bar is full, normalized torque: DOB_LIMIT's default."""
+
+
+class Screen(Protocol):
+    """The places where the demo says something."""
+
+    def act(self, name: str, about: str) -> None:
+        """A new act begins."""
+
+    def certificate(self, design: DobDesign) -> None:
+        """The design is there."""
+
+    def text(self, text: str) -> None:
+        """A STATUSTEXT came in."""
+
+    def telemetry(self, telemetry: Telemetry | None) -> None:
+        """The newest telemetry, several times a second."""
+
+    def note(self, text: str) -> None:
+        """Something worth keeping."""
+
+    def done(self) -> None:
+        """The last act is over."""
+
+
+def certificate_lines(design: DobDesign) -> list[str]:
+    """The certificate, a line a block."""
+    head = (
+        f"{'block':7}{'gamma*':>9}{'gamma':>9}{'order':>7}{'slowest mode':>14}"
+        f"{'disk margin':>13}{'delay margin':>14}{'bandwidth':>11}"
+    )
+    rows = [
+        f"{block.name:7}{c.gamma_star:>9.5f}{c.gamma:>9.5f}{block.observer.order:>7}{1e3 * c.slowest_mode_s:>11.1f} ms"
+        f"{c.disk_margin:>13.3f}{c.delay_margin_samples:>6} samples{c.estimation_bandwidth_hz:>8.2f} Hz"
+        for block in design.blocks
+        for c in [block.certificate]
+    ]
+    return [head, *rows]
+
+
+class PlainScreen:
+    """Lines on stderr, for pipes and logs; no progress, only what happened."""
+
+    def act(self, name: str, about: str) -> None:
+        """Print the act."""
+        self.note(f"[{name}] {about}")
+
+    def certificate(self, design: DobDesign) -> None:
+        """Print the certificate."""
+        for line in certificate_lines(design):
+            self.note(line)
+
+    def text(self, text: str) -> None:
+        """Print the text."""
+        self.note(text)
+
+    def telemetry(self, telemetry: Telemetry | None) -> None:
+        """Nothing: numbers in motion are for terminals."""
+
+    def note(self, text: str) -> None:
+        """Print a line."""
+        print(text, file=sys.stderr, flush=True)
+
+    def done(self) -> None:
+        """Nothing is left to do."""
+
+
+class LiveScreen:
+    """A view that stays in place: acts and texts above, state, rate, delay and d_hat bars below."""
+
+    def __init__(self, flight_s: float) -> None:
+        from rich.console import Console
+        from rich.live import Live
+
+        self._flight_s = flight_s
+        self._newest: Telemetry | None = None
+        self._console = Console(stderr=True, highlight=False)
+        self._live = Live(console=self._console, refresh_per_second=10, transient=True, get_renderable=self._view)
+        self._first_stamp: int | None = None
+        self._showing = False
+
+    def act(self, name: str, about: str) -> None:
+        """Print the act; the flight's view opens with its first telemetry."""
+        self._hide()
+        self._console.print(f"[bold]{name}[/bold]  {about}")
+
+    def certificate(self, design: DobDesign) -> None:
+        """Print the certificate."""
+        for line in certificate_lines(design):
+            self._console.print(f"  {line}", style="dim" if line.startswith("block") else None, markup=False)
+
+    def text(self, text: str) -> None:
+        """Print the text above the view."""
+        self._console.print(f"  {text}", markup=False)
+
+    def telemetry(self, telemetry: Telemetry | None) -> None:
+        """Take the newest numbers."""
+        if telemetry is None:
+            return
+        self._newest = telemetry
+        if self._first_stamp is None:
+            self._first_stamp = telemetry.stamp_us
+        if not self._showing:
+            self._showing = True
+            self._live.start()
+
+    def note(self, text: str) -> None:
+        """Print a line that stays."""
+        self._hide()
+        self._console.print(f"  {text}", markup=False)
+
+    def done(self) -> None:
+        """Close the view."""
+        self._hide()
+
+    def _hide(self) -> None:
+        if self._showing:
+            self._showing = False
+            self._live.stop()
+
+    def _view(self) -> Any:
+        from rich.console import Group
+        from rich.progress_bar import ProgressBar
+        from rich.table import Table
+        from rich.text import Text
+
+        seen = self._newest
+        if seen is None or self._first_stamp is None:
+            return Text("")
+        elapsed = (seen.stamp_us - self._first_stamp) * 1e-6
+        top = Table.grid(padding=(0, 2))
+        top.add_row(
+            Text(f"{State(seen.state).name:9}", style=_STYLES.get(State(seen.state), "bold")),
+            f"{seen.rate_hz:6.1f} Hz",
+            f"delay {seen.delay_samples}",
+            ProgressBar(total=self._flight_s, completed=min(elapsed, self._flight_s), width=30),
+            f"{elapsed:5.1f} s",
+        )
+        bars = Table.grid(padding=(0, 1))
+        for name, value in zip(AXES, seen.d_hat, strict=True):
+            bars.add_row(f"{name:5}", _bar(value), f"d_hat {value:+.4f}")
+        return Group(top, bars)
+
+
+def screen_for(flight_s: float) -> Screen:
+    """The live view when stderr is a terminal and rich is there; else plain lines."""
+    if not sys.stderr.isatty():
+        return PlainScreen()
+    try:
+        return LiveScreen(flight_s)
+    except ModuleNotFoundError:
+        return PlainScreen()
+
+
+_STYLES = {State.ACTIVE: "bold green", State.FAULT: "bold red", State.DISABLED: "bold"}
+
+
+def _bar(value: float) -> str:
+    filled = min(BAR_HALF, round(BAR_HALF * abs(value) / FULL_SCALE))
+    left = ("█" * filled if value < 0 else "").rjust(BAR_HALF)
+    right = ("█" * filled if value > 0 else "").ljust(BAR_HALF)
+    return f"{left}│{right}"

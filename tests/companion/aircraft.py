@@ -1,0 +1,139 @@
+"""An aircraft's end of the link for tests of the pure companion: real MAVLink bytes, simulated time."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from pymavlink.dialects.v20 import common as mav
+
+from dob_companion.artifact import Certificate, DobBlock, DobDesign, Problem, StateSpaceData, dumps
+from dob_companion.companion import Companion, CompanionConfig
+from dob_companion.supervisor import State
+
+DT = 0.004
+T0 = 10_000_000
+
+
+def gain(value):
+    return StateSpaceData([], [], [], [[value]])
+
+
+def small_design(axes=("roll", "pitch", "yaw"), delay_samples=1, delay_margin=3):
+    """One block an axis, checkable by hand: d_hat(k+1) = 0.5 d_hat(k) + 0.5 (y_n(k) - u_e(k))."""
+    certificate = Certificate(
+        gamma=1.0,
+        gamma_star=1.0,
+        gamma_star_method="hand-made",
+        gamma_backoff=1.01,
+        closed_loop_spectral_radius=0.9,
+        observer_spectral_radius=0.5,
+        slowest_mode_s=-DT / np.log(0.5),
+        command_leak=0.0,
+        disk_margin=1.0,
+        delay_margin_samples=delay_margin,
+        estimation_bandwidth_hz=10.0,
+    )
+    observer = StateSpaceData([[0.5]], [[0.5, -0.5]], [[1.0]], [[0.0, 0.0]])
+    blocks = tuple(
+        DobBlock(
+            axis,
+            (axis,),
+            delay_samples,
+            observer,
+            Problem(gain(1.0), gain(0.1), gain(1.0), gain(1.0)),
+            certificate,
+        )
+        for axis in axes
+    )
+    return dumps(DobDesign(DT, delay_samples, blocks, "2026-01-01T00:00:00Z", "tests"))[1]
+
+
+@dataclass
+class Aircraft:
+    """Sends pairs of sample k to a companion and keeps what it says. Corrections are not applied unless a test does."""
+
+    companion: Companion
+    now: float = 0.0
+    sample: int = 0
+    rates: tuple = (0.0, 0.0, 0.0)
+    moment: tuple = (0.0, 0.0, 0.0)
+    age: float = 1.0
+    said: list = field(default_factory=list)
+
+    def __post_init__(self):
+        self.out = mav.MAVLink(None, srcSystem=1, srcComponent=1)
+        self.ground = mav.MAVLink(None, srcSystem=255, srcComponent=190)
+        self.ear = mav.MAVLink(None)
+        self.ear.robust_parsing = True
+
+    @property
+    def stamp(self):
+        return T0 + round(self.sample * DT * 1e6)
+
+    def deliver(self, *messages, by=None):
+        for message in messages:
+            self.companion.receive(bytes(message.pack(by or self.out)), self.now)
+        return self.listen()
+
+    def listen(self):
+        self.companion.advance(self.now)
+        heard = []
+        for data in self.companion.bytes_to_send():
+            heard += self.ear.parse_buffer(data) or []
+        self.said += heard
+        return heard
+
+    def heartbeat(self):
+        return self.deliver(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3))
+
+    def imu(self, stamp=None, rates=None):
+        r = rates or self.rates
+        stamp = self.stamp if stamp is None else stamp
+        return mav.MAVLink_highres_imu_message(stamp, 0, 0, 0, *r, 0, 0, 0, 0, 0, 0, 0, 56)
+
+    def target(self, stamp=None, moment=None, age=None):
+        u = moment or self.moment
+        stamp = self.stamp if stamp is None else stamp
+        age = self.age if age is None else age
+        return mav.MAVLink_actuator_control_target_message(stamp, 0, [*u, 0.5, 0, 0, 0, age])
+
+    def pair(self):
+        """One sample as it should be; returns the corrections that answer it."""
+        heard = self.deliver(self.imu(), self.target())
+        self.sample += 1
+        self.now += DT
+        return corrections(heard)
+
+    def pairs(self, count):
+        return [c for _ in range(count) for c in self.pair()]
+
+    def write(self, name, value, kind=mav.MAV_PARAM_TYPE_REAL32, system=1, component=191):
+        return self.deliver(
+            mav.MAVLink_param_set_message(system, component, name.encode(), value, kind), by=self.ground
+        )
+
+    def until(self, state, limit=2000):
+        for _ in range(limit):
+            self.pair()
+            if self.companion.status().state is state:
+                return
+        raise AssertionError(f"{state.name} not reached, still {self.companion.status().state.name}")
+
+    def active(self):
+        """Fly until the correction is fully faded in."""
+        self.heartbeat()
+        self.pairs(600)
+        self.write("DOB_ENABLE", 1.0)
+        self.until(State.ACTIVE)
+        return self
+
+
+def corrections(messages):
+    return [m for m in messages if m.get_type() == "DEBUG_VECT" and m.name == "DOB_CORR"]
+
+
+def texts(messages):
+    return [m.text for m in messages if m.get_type() == "STATUSTEXT"]
+
+
+def aircraft(config=None, **design):
+    return Aircraft(Companion(small_design(**design), config or CompanionConfig()))

@@ -1,0 +1,93 @@
+"""What a link is worth: rate, delay, hysteresis."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dob_companion.supervisor import DelayMonitor, Hysteresis, LinkGate, RateMonitor
+from dob_companion.supervisor.monitors import UNKNOWN_AGE
+
+DT_US = 4000
+
+
+def gate_after(ages, stamps=None, delay=1, margin=3):
+    gate = LinkGate(250.0, delay, margin)
+    stamps = np.arange(len(ages)) * DT_US if stamps is None else stamps
+    for k, (stamp, age) in enumerate(zip(stamps, ages, strict=True)):
+        gate.rate.add(int(stamp))
+        gate.delay.add(int(stamp), age)
+        if k % 25 == 24:
+            gate.judge(int(stamp))
+    return gate
+
+
+def test_a_link_at_full_rate_and_the_designed_delay_is_good():
+    assert gate_after([1] * 800).good
+
+
+def test_a_link_is_not_good_before_two_seconds_were_seen():
+    assert not gate_after([1] * 400).good
+
+
+@pytest.mark.parametrize(("kept", "good"), [(0.97, True), (0.93, False)])
+def test_injecting_does_not_begin_below_95_percent_of_the_rate(kept, good):
+    rng = np.random.default_rng(3)
+    stamps = np.sort(rng.choice(1200, int(1200 * kept), replace=False)) * DT_US
+    assert gate_after([1] * len(stamps), stamps).good is good
+
+
+@pytest.mark.parametrize(("delay", "good"), [(1, True), (2, True), (3, False)])
+def test_the_median_delay_may_exceed_the_design_by_one_sample(delay, good):
+    gate = gate_after([delay] * 900)
+    assert gate.good is good
+    assert gate.delay_median == delay
+
+
+@pytest.mark.parametrize(("share", "good"), [(0.04, True), (0.07, False)])
+def test_five_percent_of_the_samples_may_be_later_than_the_delay_margin(share, good):
+    ages = [5 if (k % 100) < 100 * share else 1 for k in range(900)]
+    assert gate_after(ages).good is good
+
+
+@pytest.mark.parametrize("age", [-1.0, float("nan"), float("inf"), 1e9])
+def test_a_delay_that_the_vehicle_does_not_know_is_not_good(age):
+    gate = gate_after([age] * 900)
+    assert not gate.good
+    assert "no delay" in gate.why
+
+
+@given(st.lists(st.integers(0, 20), min_size=1, max_size=400))
+def test_percentiles_agree_with_numpy(ages):
+    monitor = DelayMonitor()
+    for k, age in enumerate(ages):
+        monitor.add(k * DT_US, age)
+    for share in (0.5, 0.95):
+        assert monitor.percentile(share) == int(np.percentile(ages, 100 * share, method="inverted_cdf"))
+
+
+def test_only_the_last_two_seconds_count():
+    monitor, rate = DelayMonitor(), RateMonitor()
+    for k in range(1500):
+        monitor.add(k * DT_US, 9 if k < 900 else 1)
+        rate.add(k * DT_US)
+    assert monitor.percentile(0.99) == 1
+    assert rate.hz == pytest.approx(250.0)
+
+
+def test_monitors_without_samples_say_so():
+    assert DelayMonitor().percentile(0.5) == UNKNOWN_AGE
+    assert RateMonitor().hz == 0.0
+    assert not RateMonitor().full
+
+
+def test_hysteresis_needs_unbroken_evidence_both_ways():
+    gate = Hysteresis(rise_us=100, fall_us=50)
+    assert not gate.update(0, True)
+    assert not gate.update(99, True)
+    assert not gate.update(100, False)
+    assert not gate.update(110, True)
+    assert gate.update(210, True)
+    assert gate.update(220, False)
+    assert gate.update(269, False)
+    assert not gate.update(270, False)
