@@ -3,6 +3,7 @@
 import argparse
 import json
 from dataclasses import fields
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,8 @@ def run(args: argparse.Namespace) -> int:
     from dob_companion.report.design_page import design_page
     from dob_companion.synthesis import design_from_toml
 
-    text, design = dumps(design_from_toml(read_text(args.spec), str(args.spec)))
+    created = datetime.now(UTC).isoformat(timespec="seconds")
+    text, design = dumps(design_from_toml(read_text(args.spec), str(args.spec), created))
     make_directory(args.out)
     write_text(args.out / "design.json", text)
     write_text(args.out / "report.html", design_page(design))

@@ -1,7 +1,6 @@
 """From problem to certified observer, and from spec to a whole design."""
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -98,23 +97,26 @@ def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
     )
 
 
-def design(spec: Spec) -> DobDesign:
-    """Design every block of a spec. Raises SpecError, UnsolvableError or NotCertifiedError."""
+def design(spec: Spec, created: str = "") -> DobDesign:
+    """Design every block of a spec; `created` is the RFC 3339 time to write into it (no clock is read here).
+
+    Raises SpecError, UnsolvableError or NotCertifiedError.
+    """
     blocks = tuple(design_block(block, spec.dt, spec.gamma_backoff) for block in spec.blocks)
     return DobDesign(
         dt=spec.dt,
         delay_samples=spec.delay_samples,
         blocks=blocks,
-        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        created=created,
         generator=f"dob-companion {dob_companion.__version__}",
     )
 
 
-def design_from_toml(text: str, source: str = "spec.toml") -> DobDesign:
+def design_from_toml(text: str, source: str = "spec.toml", created: str = "") -> DobDesign:
     """From a spec's text to a certified design; see `parse_spec` and `design` for the errors raised."""
     spec = parse_spec(text, source)
     try:
-        return design(spec)
+        return design(spec, created)
     except RefusedError as refusal:
         raise type(refusal)(f"{source}: {refusal}") from refusal
 

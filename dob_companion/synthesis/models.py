@@ -4,7 +4,7 @@ zpk models are realized as a cascade of first- and second-order sections, never 
 polynomials, so that every root keeps the digits it was given with.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import control as ct
@@ -119,34 +119,42 @@ def polynomial(num: ArrayLike, den: ArrayLike, dt: float) -> Any:
 
 def zpk(zeros: Sequence[complex], poles: Sequence[complex], gain: float, dt: float) -> Any:
     """gain * prod(z - zeros) / prod(z - poles) as a cascade of sections of order 1 and 2."""
-    sections = _pair(_factors(zeros), _factors(poles))
     cascade = ct.ss([], [], [], [[gain]], dt)
-    for num, den in sections:
-        cascade = polynomial(num, den, dt) * cascade
+    for num, den in _pair(_factors(zeros), _factors(poles)):
+        cascade = _section(num, den, dt) * cascade
     return cascade
 
 
-def _factors(roots: Sequence[complex]) -> list[Array]:
-    """Monic real factors: quadratics, and one linear factor when the number of roots is odd."""
-    real = sorted((r.real for r in roots if r.imag == 0), key=abs)
-    single = [np.array([1.0, -real.pop(0)])] if len(real) % 2 else []
-    doubles = [np.array([1.0, -(p + q), p * q]) for p, q in zip(real[::2], real[1::2], strict=True)]
-    complexes = [np.array([1.0, -2.0 * r.real, abs(r) ** 2]) for r in roots if r.imag > 0]
-    return single + doubles + complexes
+def _factors(roots: Sequence[complex]) -> list[tuple[complex, ...]]:
+    """Roots in twos, conjugates together; one real root stays alone when their number is odd."""
+    real = sorted((complex(r) for r in roots if r.imag == 0), key=abs)
+    odd = len(real) % 2
+    out: list[tuple[complex, ...]] = [(r,) for r in real[:odd]]
+    out += zip(real[odd::2], real[odd + 1 :: 2], strict=True)
+    return out + [(r, r.conjugate()) for r in roots if r.imag > 0]
 
 
-def _pair(nums: list[Array], dens: list[Array]) -> list[tuple[Array, Array]]:
+def _pair(nums: list[tuple[complex, ...]], dens: list[tuple[complex, ...]]) -> Iterator[Any]:
     """Give each denominator the nearest numerator that fits, the most resonant denominator first."""
     left = list(nums)
-    out = []
-    for den in sorted(dens, key=lambda d: (-len(d), -abs(d[-1]))):
-        fitting = [k for k, num in enumerate(left) if len(num) <= len(den)]
-        if len(den) == 3 and any(len(left[k]) == 3 for k in fitting):
-            fitting = [k for k in fitting if len(left[k]) == 3]
-        if not fitting:
-            out.append((np.ones(1), den))
-            continue
-        pole = np.roots(den)[0]
-        best = min(fitting, key=lambda k: float(np.min(np.abs(np.roots(left[k]) - pole))))
-        out.append((left.pop(best), den))
-    return out
+    for den in sorted(dens, key=lambda roots: (-len(roots), -max(map(abs, roots)))):
+        fitting = [num for num in left if len(num) <= len(den)]
+        longest = max(map(len, fitting), default=0)
+        choice = [num for num in fitting if len(num) == longest]
+        best = min(choice, key=lambda num: min(abs(zero - den[-1]) for zero in num), default=())
+        if best:
+            left.remove(best)
+        yield best, den
+
+
+def _section(num: tuple[complex, ...], den: tuple[complex, ...], dt: float) -> Any:
+    """prod(z - num) / prod(z - den) of order 1 or 2, with the roots themselves standing in A."""
+    b = np.concatenate([np.zeros(len(den) - len(num)), np.real(np.poly(num)) if num else np.ones(1)])
+    if len(den) == 1:
+        return ct.ss([[den[0].real]], [[1.0]], [[b[1] + b[0] * den[0].real]], [[b[0]]], dt)
+    p, q = den
+    slope, rest = b[1] + b[0] * (p + q).real, b[2] - b[0] * (p * q).real  # what is left above den after b[0]
+    if p.imag == 0:  # x1 = u / (z - p), x2 = x1 / (z - q)
+        return ct.ss([[p.real, 0], [1, q.real]], [[1], [0]], [[slope, rest + slope * q.real]], [[b[0]]], dt)
+    A = [[p.real, -(p.imag**2)], [1, p.real]]
+    return ct.ss(A, [[1], [0]], [[slope, rest + slope * p.real]], [[b[0]]], dt)
