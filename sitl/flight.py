@@ -7,7 +7,7 @@ from sitl.log import FlightLog
 from sitl.scenario import Scenario
 from sitl.script import Phase, Script
 from sitl.vehicle import Sample, Vehicle
-from sitl.weather import SEGMENT, Weather, noise_sigma
+from sitl.weather import Weather, noise_sigma
 
 
 class Flight:
@@ -46,9 +46,9 @@ class Flight:
     def step(self) -> tuple[Sample, list[str]]:
         """Fly the next sample; returns it and the notices of the script. Raises FlightFailedError."""
         script = self.script
-        if script.segment_begins:
-            self._weather.begin(SEGMENT)
-            script.segment_begins = False
+        if script.stream is not None:
+            self._weather.begin(script.stream)
+            script.stream = None
         window = script.window
         disturbance, noise = self._weather.sample()
         sample = self.vehicle.step(disturbance, noise, self._corrections)

@@ -24,10 +24,14 @@ class Disturbance:
 
 @dataclass(frozen=True, slots=True)
 class Windows:
-    """Two equally long windows, observer off and on, each preceded by a lead that is left out; s."""
+    """Two equally long windows, observer off and on, each preceded by a lead that is left out; s.
+
+    Before the second lead there are `settle_s` of still air, so that both segments begin from the same rest.
+    """
 
     lead_s: float
     length_s: float
+    settle_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +107,11 @@ def _disturbance(table: "_Table") -> Disturbance:
 
 
 def _windows(table: "_Table") -> Windows:
-    result = Windows(table.number("lead_s", 0.0, 600.0), table.number("length_s", 0.1, 3600.0))
+    result = Windows(
+        lead_s=table.number("lead_s", 0.0, 600.0),
+        length_s=table.number("length_s", 0.1, 3600.0),
+        settle_s=table.number("settle_s", 0.0, 600.0),
+    )
     table.finish()
     return result
 

@@ -2,8 +2,11 @@
 
 ::
 
-    WAIT_ARM ─► WAIT_TAKEOFF ─► CLIMB ─► HOVER                      without windows: until stopped
-                                  └────► OFF ─► WAIT_OBSERVER ─► ON ─► COMPLETE
+    WAIT_ARM ─► WAIT_TAKEOFF ─► CLIMB ─► HOVER                               without windows: until stopped
+                                  └────► OFF ─► WAIT_OBSERVER ─► SETTLE ─► ON ─► COMPLETE
+
+OFF and ON are the two segments: each starts the sequences of disturbance and noise afresh and flies a lead, which is
+left out, and a window. SETTLE is still air, so that ON begins from rest as OFF did.
 
 An awaited event is pinned to a sample: in lockstep the clock stands in a WAIT phase (`Script.awaiting`), in real time
 the flight goes on through it.
@@ -14,6 +17,7 @@ from enum import Enum
 from sitl.errors import FlightFailedError
 from sitl.scenario import Scenario
 from sitl.vehicle import DT_US, Sample, Vehicle
+from sitl.weather import CALM, SEGMENT
 
 CLOSE_M, SLOW_M_S, STEADY_SAMPLES = 0.1, 0.1, 125
 """Hover is reached when altitude and climb rate stay this near the target for half a second. A guess."""
@@ -30,33 +34,35 @@ class Phase(Enum):
     HOVER = "hover"
     OFF = "off"
     WAIT_OBSERVER = "DOB_ENABLE=1"
+    SETTLE = "settle"
     ON = "on"
     COMPLETE = "complete"
 
 
 _WAITING = (Phase.WAIT_ARM, Phase.WAIT_TAKEOFF, Phase.WAIT_OBSERVER)
-_AIRBORNE = (Phase.HOVER, Phase.OFF, Phase.WAIT_OBSERVER, Phase.ON)
+_AIRBORNE = (Phase.HOVER, Phase.OFF, Phase.WAIT_OBSERVER, Phase.SETTLE, Phase.ON)
 
 
 class Script:
     """Leads one vehicle through one scenario.
 
-    After each sample call `after_sample`; the notices it returns are for people. `segment_begins` is true once for
-    each start of the disturbance and noise sequences.
+    After each sample call `after_sample`; the notices it returns are for people. `stream`, when not None, is the weather
+    stream that begins with the next sample; whoever begins it sets it back to None.
     """
 
     def __init__(self, scenario: Scenario, vehicle: Vehicle, await_arming: bool) -> None:
         self._scenario, self._vehicle, self._await_arming = scenario, vehicle, await_arming
-        self._lead, self._length = 0, 0
+        self._lead = self._length = self._settle = 0
         if scenario.windows:
             rate_hz = 1e6 / DT_US
             self._lead = round(scenario.windows.lead_s * rate_hz)
             self._length = round(scenario.windows.length_s * rate_hz)
-        self._done = 0  # samples of the running segment
+            self._settle = round(scenario.windows.settle_s * rate_hz)
+        self._done = 0  # samples of the running phase
         self._steady = 0
         self._observer_on = False
         self.phase = Phase.WAIT_ARM
-        self.segment_begins = False
+        self.stream: int | None = None
 
     @property
     def awaiting(self) -> str | None:
@@ -75,10 +81,11 @@ class Script:
         self._observer_on = enabled
         if enabled and self.phase is Phase.OFF:
             raise FlightFailedError("DOB_ENABLE became 1 before it was asked for; expected 0 in the window off")
-        if not enabled and self.phase is Phase.ON:
+        if not enabled and self.phase in (Phase.SETTLE, Phase.ON):
             raise FlightFailedError("DOB_ENABLE became 0; expected 1 to the end of the window on")
         if enabled and self.phase is Phase.WAIT_OBSERVER:
-            self._begin_segment(Phase.ON)
+            self._begin(Phase.SETTLE, CALM)
+            self._end_settling()
 
     def poll(self) -> None:
         """Take note of the pilot's commands, which may come while the clock stands."""
@@ -103,7 +110,10 @@ class Script:
             return self._climb()
         if self.phase in _AIRBORNE and not self._vehicle.flying:
             raise FlightFailedError("the vehicle came down before the flight was complete")
-        if self.phase in (Phase.OFF, Phase.ON):
+        self._done += 1
+        if self.phase is Phase.SETTLE:
+            self._end_settling()
+        elif self.phase in (Phase.OFF, Phase.ON):
             return self._fly_segment(sample)
         return []
 
@@ -121,16 +131,19 @@ class Script:
             return ["hover reached"]
         if self._observer_on:
             raise FlightFailedError("DOB_ENABLE is already 1; expected 0 until it is asked for")
-        self._begin_segment(Phase.OFF)
+        self._begin(Phase.OFF, SEGMENT)
         return ["hover reached"]
 
-    def _begin_segment(self, phase: Phase) -> None:
-        self.phase, self._done, self.segment_begins = phase, 0, True
+    def _begin(self, phase: Phase, stream: int) -> None:
+        self.phase, self._done, self.stream = phase, 0, stream
+
+    def _end_settling(self) -> None:
+        if self._done >= self._settle:
+            self._begin(Phase.ON, SEGMENT)
 
     def _fly_segment(self, sample: Sample) -> list[str]:
         if self.phase is Phase.OFF and any(sample.correction):
             raise FlightFailedError("a correction acts in the window off; expected exact zeros")
-        self._done += 1
         if self._done == self._lead:
             return ["window off" if self.phase is Phase.OFF else "window on"]
         if self._done == self._lead + self._length:
