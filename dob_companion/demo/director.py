@@ -3,6 +3,7 @@
 import json
 import time
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from subprocess import Popen
 from typing import Any
@@ -13,8 +14,9 @@ from dob_companion.demo.screen import Screen
 from dob_companion.errors import FlightFailedError
 from dob_companion.files import make_directory, read_bytes, read_text, write_bytes, write_text
 from dob_companion.ground import GroundStation
-from dob_companion.report.flight_page import flight_page, hero_png
-from dob_companion.report.trace import parse_trace
+from dob_companion.report.flight_page import flight_page
+from dob_companion.report.hero import hero_png
+from dob_companion.report.trace import FlightTrace
 from dob_companion.runtime.urls import LinkUrl
 from dob_companion.synthesis import design_from_toml
 
@@ -47,16 +49,17 @@ def fly_demo(demo: Demo, screen: Screen) -> tuple[dict[str, Any], int]:
     _fly(demo, screen)
     result: dict[str, Any] = json.loads(read_text(demo.out / "result.json"))
     screen.act("report", "drawing the paper's figures from this flight")
-    trace = parse_trace(read_bytes(demo.out / "flight.npz"), str(demo.out / "flight.npz"))
+    trace = FlightTrace.from_bytes(read_bytes(demo.out / "flight.npz"), str(demo.out / "flight.npz"))
     write_text(demo.out / "report.html", flight_page(design, result, trace))
-    write_bytes(demo.out / "flight.png", hero_png(design, result, trace))
+    write_bytes(demo.out / "flight.png", hero_png(trace, result))
     screen.done()
     return result, design.delay_samples
 
 
 def _design(demo: Demo, screen: Screen) -> DobDesign:
     screen.act("design", f"solving the H-infinity problem of {demo.spec.name}")
-    text, design = dumps(design_from_toml(read_text(demo.spec), str(demo.spec)))
+    created = datetime.now(UTC).isoformat(timespec="seconds")
+    text, design = dumps(design_from_toml(read_text(demo.spec), str(demo.spec), created))
     write_text(demo.out / "design.json", text)
     screen.certificate(design)
     return design
