@@ -1,0 +1,117 @@
+"""A certificate in sentences: what was proved about a block, by which method, with the numbers."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from dob_companion.artifact import Certificate, DobBlock
+from dob_companion.artifact.flyable import GREATEST_COMMAND_LEAK, LEAST_DELAY_MARGIN_SAMPLES, LEAST_DISK_MARGIN
+from dob_companion.report.words import number, plural
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """One sentence of the certificate and whether the recorded numbers bear it out."""
+
+    holds: bool
+    head: str
+    text: str
+
+
+def claims(block: DobBlock, dt: float) -> tuple[Claim, ...]:
+    """The sentences of a block's certificate, from the numbers recorded in its file."""
+    proof, m = block.certificate, len(block.axes)
+    return (
+        _near_optimal(proof),
+        _stable(proof),
+        Claim(
+            not np.any(block.observer.D[:, m:] != 0.0),
+            "No algebraic loop.",
+            "D(z) has no direct path from u_e: those columns of its D matrix are exactly zero.",
+        ),
+        Claim(
+            abs(proof.command_leak) <= GREATEST_COMMAND_LEAK,
+            "Deaf to commands.",
+            f"A command added to u reaches d_hat with a gain of at most {number(proof.command_leak, 2)} "
+            f"(allowed {number(GREATEST_COMMAND_LEAK, 2)}), so a pilot's input is not mistaken for a disturbance.",
+        ),
+        _disk(proof),
+        _delay(proof, dt),
+        _bandwidth(proof),
+    )
+
+
+def further(extra: Mapping[str, object]) -> list[tuple[str, str]]:
+    """What else the certificate records, as it stands: name and value of every number or word."""
+    rows = []
+    for name, value in extra.items():
+        if isinstance(value, bool) or value is None:
+            continue
+        if isinstance(value, int | float):
+            rows.append((name, number(float(value), 5) if isinstance(value, float) else str(value)))
+        elif isinstance(value, str):
+            rows.append((name, value))
+    return rows
+
+
+def _near_optimal(proof: Certificate) -> Claim:
+    ratio = proof.gamma / proof.gamma_star
+    return Claim(
+        proof.gamma <= proof.gamma_backoff * proof.gamma_star,
+        "Near-optimal.",
+        f"γ = {number(proof.gamma, 6)}: the H∞ norm from (w_d, w_n) to d − z^−τ d_hat, measured "
+        "on the stored matrices in the closed loop, not reported by the solver. No observer reaches less than "
+        f"γ* = {number(proof.gamma_star, 6)} (lower bound: {proof.gamma_star_method}). "
+        f"The ratio is {number(ratio, 5)}; {number(proof.gamma_backoff, 5)} was asked for.",
+    )
+
+
+def _stable(proof: Certificate) -> Claim:
+    return Claim(
+        proof.closed_loop_spectral_radius < 1.0 and proof.observer_spectral_radius < 1.0,
+        "Stable.",
+        "Plant, controller, link delay and observer together have the spectral radius "
+        f"{number(proof.closed_loop_spectral_radius, 6)}, the observer alone "
+        f"{number(proof.observer_spectral_radius, 6)}: both below 1. The observer's slowest mode decays with a time "
+        f"constant of {number(proof.slowest_mode_s * 1e3, 3, 'ms')}.",
+    )
+
+
+def _disk(proof: Certificate) -> Claim:
+    a = proof.disk_margin
+    reach = (
+        "any gain" if a >= 2.0 else f"gain errors from {number((2 - a) / (2 + a), 3)} to {number((2 + a) / (2 - a), 3)}"
+    )
+    phase = number(math.degrees(2.0 * math.atan(a / 2.0)), 3)
+    off = proof.extra.get("disk_margin_off")
+    beside = f", {number(off, 3)} without the observer" if isinstance(off, float) else ""
+    return Claim(
+        a >= LEAST_DISK_MARGIN,
+        "Robust in gain and phase.",
+        f"Disk margin {number(a, 3)} at u_e{beside} (at least {LEAST_DISK_MARGIN:g} to fly): the loop bears {reach} "
+        f"and, apart from that, phase errors up to {phase}°.",
+    )
+
+
+def _delay(proof: Certificate, dt: float) -> Claim:
+    more = proof.delay_margin_samples
+    return Claim(
+        more >= LEAST_DELAY_MARGIN_SAMPLES,
+        "Robust in delay.",
+        f"{plural(more, 'further sample')} of link delay ({more * dt * 1e3:g} ms) that the observer is not "
+        "told about leave the loop stable.",
+    )
+
+
+def _bandwidth(proof: Certificate) -> Claim:
+    hertz = proof.estimation_bandwidth_hz
+    text = f"|1 − T| from d to d_hat stays below 0.707 up to {number(hertz, 3, 'Hz')}"
+    attenuation = proof.extra.get("attenuation_bandwidth_hz")
+    if isinstance(attenuation, float):
+        text += f"; with the link's delay counted, up to {number(attenuation, 3, 'Hz')}"
+    noise = proof.extra.get("noise_to_estimate_peak")
+    if isinstance(noise, float) and noise > 0.0:
+        text += f". Gyro noise reaches d_hat with at most {number(20.0 * math.log10(noise), 3, 'dB')}"
+    return Claim(hertz > 0.0, "Estimates in band.", text + ".")

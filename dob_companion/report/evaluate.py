@@ -1,0 +1,109 @@
+"""Values of a block that its page shows beside the frequency responses: roots, open-loop curve, time responses.
+
+Systems are put together by synthesis and evaluated by python-control; nothing is derived here.
+"""
+
+from dataclasses import dataclass
+
+import control as ct
+import numpy as np
+from numpy.typing import NDArray
+
+from dob_companion.artifact import DobBlock, StateSpaceData
+from dob_companion.synthesis.loop import Loop, close_loop
+from dob_companion.synthesis.models import from_data
+from dob_companion.synthesis.norms import response
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+GUST_S = 1.0
+"""Length of the gust ½ (1 − cos 2πt/T), the discrete gust of CS-25.341."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Roots:
+    """Zeros and poles of a system, and its gain over monic factors; the gain is NaN unless it is SISO."""
+
+    zeros: Complex
+    poles: Complex
+    gain: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimeResponse:
+    """One axis under one disturbance: t in s, d and d_hat (as it acts, delayed) in moment, rates in rad/s."""
+
+    t: Array
+    d: Array
+    d_hat: Array
+    rate_off: Array
+    rate_on: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loops:
+    """The closed loops of a block without and with its observer."""
+
+    off: Loop
+    on: Loop
+    dt: float
+
+
+def loops_of(block: DobBlock, dt: float) -> Loops:
+    """Both loops, wired from the stored matrices."""
+    plant, controller, observer = (
+        from_data(data, dt) for data in (block.problem.plant, block.problem.controller, block.observer)
+    )
+    delays = (block.delay_samples,) * len(block.axes)
+    return Loops(close_loop(plant, controller, None, delays), close_loop(plant, controller, observer, delays), dt)
+
+
+def roots(data: StateSpaceData, dt: float) -> Roots:
+    """Transmission zeros, poles, and for a SISO system the gain k of k Π(z − z_i) / Π(z − p_i)."""
+    system = from_data(data, dt)
+    poles = np.linalg.eigvals(data.A).astype(complex)
+    if data.D.shape != (1, 1):
+        square = data.D.shape[0] == data.D.shape[1]
+        zeros: Complex = np.asarray(ct.zeros(system) if square else [], dtype=np.complex128)
+        return Roots(zeros, poles, float("nan"))
+    zeros = np.asarray(ct.zeros(system), dtype=np.complex128)
+    away = 2.0 + float(np.max(np.abs(np.concatenate([zeros, poles])), initial=0.0))
+    gain = system(away) * np.prod(away - poles) / np.prod(away - zeros)
+    return Roots(zeros, poles, float(np.real(gain)))
+
+
+def open_loop(loop: Loop, axis: int, hertz: Array, dt: float) -> Complex:
+    """L of one axis, broken at u_e while the other axes stay closed: from S = d -> u_e + d, L = 1/S − 1."""
+    S = response(loop.part("u_e", "d"), 2.0 * np.pi * hertz * dt) + np.eye(loop.m)
+    L: Complex = 1.0 / S[:, axis, axis] - 1.0
+    return L
+
+
+def step_response(loops: Loops, axis: int, size: float, seconds: float) -> TimeResponse:
+    """A disturbance of `size` that begins at t = 0 and stays."""
+    t = _time(loops, seconds)
+    return _respond(loops, axis, t, np.full_like(t, size))
+
+
+def gust_response(loops: Loops, axis: int, size: float, seconds: float) -> TimeResponse:
+    """One gust of `size` and GUST_S that begins at t = 0."""
+    t = _time(loops, seconds)
+    rise: Array = size / 2.0 * (1.0 - np.cos(2.0 * np.pi * t / GUST_S))
+    return _respond(loops, axis, t, np.where(t < GUST_S, rise, 0.0))
+
+
+def _time(loops: Loops, seconds: float) -> Array:
+    return np.arange(round(seconds / loops.dt), dtype=np.float64) * loops.dt
+
+
+def _respond(loops: Loops, axis: int, t: Array, d: Array) -> TimeResponse:
+    inputs = np.zeros((loops.on.m, len(t)))
+    inputs[axis] = d
+
+    def run(loop: Loop, output: str) -> Array:
+        # squeeze=False keeps (outputs, samples) whatever the number of channels
+        simulated = ct.forced_response(loop.part(output, "d"), timepts=t, inputs=inputs, squeeze=False)
+        return np.asarray(simulated.outputs[axis], dtype=float)
+
+    return TimeResponse(t, d, d - run(loops.on, "error"), run(loops.off, "y"), run(loops.on, "y"))
