@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 from dob_companion.errors import InputError
-from dob_companion.runtime.urls import parse_link_url
 
 DEFAULT_LINK = "udpin:127.0.0.1:14550"
 
@@ -48,8 +47,10 @@ def run(args: argparse.Namespace) -> int:
     """Connect, do the verb, print what the companion says."""
     if args.verb == "set" and not math.isfinite(args.value):
         raise InputError(f"param set {args.name}: {args.value} is not a finite number")
-    url = parse_link_url(args.link)
     from dob_companion.ground import GroundStation
+    from dob_companion.runtime.urls import parse_link_url
+
+    url = parse_link_url(args.link)
 
     with GroundStation(url, args.timeout) as station:
         if args.verb == "list":

@@ -8,8 +8,6 @@ from typing import Any
 
 from dob_companion.cli.param import add_station_arguments
 from dob_companion.errors import NoVehicleError
-from dob_companion.runtime.urls import parse_link_url
-from dob_companion.supervisor import State
 
 
 def add_parser(commands: Any) -> None:
@@ -26,8 +24,11 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Wait for one telemetry message and print it."""
-    url = parse_link_url(args.link)
     from dob_companion.ground import GroundStation
+    from dob_companion.runtime.urls import parse_link_url
+    from dob_companion.supervisor import State
+
+    url = parse_link_url(args.link)
 
     with GroundStation(url, args.timeout) as station:
         deadline = time.monotonic() + args.timeout

@@ -10,9 +10,6 @@ from dob_companion.companion.parameters import PARAMETERS, fits
 from dob_companion.errors import ConfigError
 from dob_companion.mavlink import CORRECTION_MESSAGES
 
-PROFILES = ("sitl",)
-"""Where gyro rates, applied moment and its age come from: `sitl` reads HIGHRES_IMU and ACTUATOR_CONTROL_TARGET."""
-
 
 @dataclass(frozen=True, slots=True)
 class CompanionConfig:

@@ -61,7 +61,7 @@ class Stop:
         self.signal = self.signal or number
 
 
-def run(
+def serve(
     companion: Companion,
     link: Link,
     *,

@@ -1,0 +1,65 @@
+"""Putting the daemon together: a checked design, a configuration, a link, and somewhere to log."""
+
+import json
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+from dob_companion.artifact import DobDesign, check_flyable, loads
+from dob_companion.companion import Companion, CompanionConfig, Event, Status, parse_config
+from dob_companion.files import read_text
+from dob_companion.runtime import open_link, parse_link_url, serve
+
+RATE_HZ = 250.0
+"""The rate at which profile `sitl` delivers samples; a design for another one is refused."""
+
+
+def fly(design_path: Path, link_url: str, *, config: Path | None, timeout_s: float | None, as_json: bool) -> int:
+    """Check the design, open the link, serve until told to stop. Returns the exit code."""
+    design = load_flyable(design_path)
+    settings = parse_config(read_text(config), str(config)) if config else CompanionConfig()
+    url = parse_link_url(link_url)
+    link = open_link(url)
+    companion = Companion(design, settings, now=time.monotonic(), datagrams=url.datagrams)
+    show = _as_json if as_json else _as_text
+    show(Event.info(f"design {design.sha256[:8]}: {', '.join(block.name for block in design.blocks)}"))
+    show(Event.info(f"listening on {url}; waiting for a vehicle" if timeout_s is None else f"listening on {url}"))
+    try:
+        code = serve(
+            companion,
+            link,
+            timeout_s=timeout_s,
+            on_event=show,
+            on_status=_status_as_json if as_json else None,
+        )
+    finally:
+        link.close()
+    show(Event.info(_summary(companion.status())))
+    return code
+
+
+def load_flyable(path: Path) -> DobDesign:
+    """Read a design and refuse it, with DesignFileError, unless it may be flown."""
+    design = loads(read_text(path), str(path))
+    check_flyable(design, RATE_HZ, str(path))
+    return design
+
+
+def _summary(status: Status) -> str:
+    return (
+        f"stopped: {status.stepped} samples stepped, {status.bridged} bridged, {status.gaps} gaps, "
+        f"{status.late} late, {status.bad} malformed, {status.foreign} foreign"
+    )
+
+
+def _as_text(event: Event) -> None:
+    print(f"{time.strftime('%H:%M:%S')} {event.severity.name.lower():8} {event.text}", file=sys.stderr, flush=True)
+
+
+def _as_json(event: Event) -> None:
+    print(json.dumps({"event": event.text, "severity": event.severity.name}), flush=True)
+
+
+def _status_as_json(status: Status) -> None:
+    print(json.dumps({"status": asdict(status) | {"state": status.state.name}}), flush=True)

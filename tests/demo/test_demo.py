@@ -1,0 +1,143 @@
+"""The demo from end to end: real processes, real sockets, a real ground station."""
+
+import json
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.processes import run_cli
+
+PATIENCE_S = 180.0
+
+
+def fly(out, *more):
+    finished = run_cli("demo", "-o", out, *more, timeout=PATIENCE_S)
+    assert finished.returncode == 0, finished.stderr
+    return json.loads((out / "result.json").read_text()), finished
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    out = tmp_path_factory.mktemp("demo")
+    result, finished = fly(out, "--fast", "--seed", "1")
+    return out, result, finished
+
+
+def test_the_demo_writes_its_results_and_prints_the_same_numbers(flown):
+    out, result, finished = flown
+    assert {"design.json", "result.json", "report.html", "flight.png", "flight.npz"} <= {p.name for p in out.iterdir()}
+    for axis in ("roll", "pitch", "yaw"):
+        (row,) = [line for line in finished.stdout.splitlines() if line.startswith(axis)]
+        assert f"{result['axes'][axis]['rms_on']:.5f}" in row
+        assert f"{result['axes'][axis]['rms_ratio']:.1f}" in row
+
+
+def test_the_flight_is_the_papers_and_nothing_is_lost(flown):
+    _, result, _ = flown
+    assert result["schema"] == "dob-companion/flight-result/1"
+    assert result["delay_samples"] == 1
+    assert result["rate_hz"] == pytest.approx(250.0)
+    assert result["samples"] == 2 * 30 * 250
+    assert result["samples_lost"] == 0
+    for axis, peak in (("roll", 0.15), ("pitch", 0.12), ("yaw", 0.12)):
+        assert result["axes"][axis]["peak_off"] == pytest.approx(peak, rel=2e-3)
+
+
+def test_pitch_gains_what_an_independent_simulation_expects(flown):
+    """RMS off/on 8.3–9.9 over 40 seeds for the τ = 1 design flown at τ = 1, pitch axis alone."""
+    _, result, _ = flown
+    assert 8.0 <= result["axes"]["pitch"]["rms_ratio"] <= 10.2
+    assert all(numbers["rms_ratio"] > 3 for numbers in result["axes"].values())
+
+
+def test_the_same_seed_gives_the_same_flight_to_the_byte(flown, tmp_path):
+    out, _, _ = flown
+    fly(tmp_path, "--fast", "--seed", "1")
+    assert (tmp_path / "result.json").read_bytes() == (out / "result.json").read_bytes()
+    with np.load(out / "flight.npz") as first, np.load(tmp_path / "flight.npz") as second:
+        for name in ("stamp_us", "gyro", "u_e", "correction", "age"):
+            assert first[name].tobytes() == second[name].tobytes(), name
+
+
+def test_the_correction_in_flight_is_the_observers_own_answer(flown):
+    """An independent simulation of design.json over the recorded gyro and moment gives the recorded corrections."""
+    out, _, _ = flown
+    blocks = json.loads((out / "design.json").read_text())["blocks"]
+    order = ("roll", "pitch", "yaw")
+    with np.load(out / "flight.npz") as flight:
+        gyro, u_e, correction, window = (flight[name] for name in ("gyro", "u_e", "correction", "window"))
+    on = np.flatnonzero(window == 2)
+    for block in blocks:
+        A, B, C, D = (np.array(block[name]) for name in "ABCD")
+        i = order.index(block["axes"][0])
+        x, d_hat = np.zeros(len(A)), np.zeros(len(gyro))
+        for k in range(len(gyro)):
+            inputs = np.array([gyro[k, i], u_e[k, i]], dtype=np.float32).astype(float)
+            d_hat[k] = (C @ x + D @ inputs)[0]
+            x = A @ x + B @ inputs
+        expected = -np.clip(d_hat[on - 1], -0.3, 0.3)
+        assert np.max(np.abs(correction[on, i] - expected)) < 1e-6
+
+
+@pytest.mark.parametrize("after_s", [0.5, 3.5, 6.0])
+def test_ctrl_c_at_any_moment_leaves_no_process_and_only_whole_files(tmp_path, after_s):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "dob_companion", "demo", "-o", tmp_path], stderr=subprocess.PIPE, text=True
+    )
+    family = set()
+    deadline = time.monotonic() + after_s
+    while time.monotonic() < deadline and process.poll() is None:
+        family |= children(process.pid)
+        os.sched_yield()
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130, errors
+    assert "Traceback" not in errors
+    assert not [pid for pid in family if Path(f"/proc/{pid}").exists()]
+    for path in tmp_path.glob("*.json"):
+        json.loads(path.read_text())
+    assert not list(tmp_path.glob(".*"))
+
+
+def children(pid):
+    try:
+        return {int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()}
+    except OSError:
+        return set()
+
+
+def test_a_demo_that_cannot_write_says_so_in_one_line(tmp_path):
+    (tmp_path / "file").write_text("")
+    finished = run_cli("demo", "-o", tmp_path / "file" / "dir")
+    assert finished.returncode == 2
+    assert "file/dir" in finished.stderr.strip().splitlines()[-1]
+
+
+@pytest.mark.proof
+def test_pitch_gains_at_least_eight_in_the_median_of_twenty_seeds(tmp_path):
+    ratios = []
+    for seed in range(1, 21):
+        result, _ = fly(tmp_path / str(seed), "--fast", "--seed", str(seed))
+        assert result["samples_lost"] == 0
+        ratios.append(result["axes"]["pitch"]["rms_ratio"])
+    print(
+        f"pitch RMS off/on over 20 seeds: median {statistics.median(ratios):.2f}, {min(ratios):.2f}–{max(ratios):.2f}"
+    )
+    assert middle >= 8.0
+
+
+@pytest.mark.proof
+def test_a_flight_in_real_time_agrees_with_lockstep(flown, tmp_path):
+    """Within 10 % of each RMS: in real time a sample may be answered late, and the switch falls where it falls."""
+    _, lockstep, _ = flown
+    result, _ = fly(tmp_path, "--seed", "1")
+    for axis, numbers in result["axes"].items():
+        print(f"{axis}: real time {numbers['rms_ratio']:.2f}, lockstep {lockstep['axes'][axis]['rms_ratio']:.2f}")
+        assert numbers["rms_on"] == pytest.approx(lockstep["axes"][axis]["rms_on"], rel=0.10)
