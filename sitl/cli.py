@@ -47,8 +47,8 @@ def parser() -> argparse.ArgumentParser:
 
 def _seed(text: str) -> int:
     value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError("expected a whole number, 0 or more")
+    if not 0 <= value < 2**32:
+        raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^32 - 1")
     return value
 
 

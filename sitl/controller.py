@@ -36,30 +36,32 @@ YAW_PID = RateGains(gain=PITCH_PID.gain / YAW_GAIN, zeros=PITCH_PID.zeros)
 
 
 class RateController:
-    """One `RateGains` in transposed direct form II, saturated at ±1.
+    """One `RateGains` as the sum of its partial fractions, C(z) = p + i / (z − 1) + d / z, saturated at ±1.
 
-    The saturated output is what feeds back into the integrator, so it does not wind up; below saturation it is (12)
+    The integrator is kept within ±1, the torque there is, so it cannot wind up further; below saturation it is (12)
     exactly.
     """
 
-    __slots__ = ("_b0", "_b1", "_b2", "_s1", "_s2")
+    __slots__ = ("_d", "_i", "_integral", "_last", "_p")
 
     def __init__(self, gains: RateGains) -> None:
         z1, z2 = gains.zeros
-        self._b0, self._b1, self._b2 = gains.gain, -gains.gain * (z1 + z2), gains.gain * z1 * z2
-        self._s1 = self._s2 = 0.0
+        self._p = gains.gain
+        self._i = gains.gain * (1.0 - z1) * (1.0 - z2)
+        self._d = -gains.gain * z1 * z2
+        self._integral = self._last = 0.0
 
     def step(self, error: float) -> float:
         """Torque for this rate error (r − y_n, rad/s); one call per sample."""
-        u = self._b0 * error + self._s1
-        u = -1.0 if u < -1.0 else min(u, 1.0)
-        self._s1 = self._b1 * error + u + self._s2  # denominator z² − z: a1 = −1, a2 = 0
-        self._s2 = self._b2 * error
-        return u
+        u = self._p * error + self._d * self._last + self._integral
+        self._last = error
+        integral = self._integral + self._i * error
+        self._integral = max(-1.0, min(1.0, integral))
+        return max(-1.0, min(1.0, u))
 
     def reset(self) -> None:
         """Forget everything, as on the ground."""
-        self._s1 = self._s2 = 0.0
+        self._integral = self._last = 0.0
 
 
 def rate_setpoint(attitude_error: Vector, gain: float = ATTITUDE_GAIN) -> Vector:

@@ -46,8 +46,8 @@ _AIRBORNE = (Phase.HOVER, Phase.OFF, Phase.WAIT_OBSERVER, Phase.SETTLE, Phase.ON
 class Script:
     """Leads one vehicle through one scenario.
 
-    After each sample call `after_sample`; the notices it returns are for people. `stream`, when not None, is the weather
-    stream that begins with the next sample; whoever begins it sets it back to None.
+    After each sample call `after_sample`; the notices it returns are for people. `stream`, when not None, is the
+    weather stream that begins with the next sample; whoever begins it sets it back to None.
     """
 
     def __init__(self, scenario: Scenario, vehicle: Vehicle, await_arming: bool) -> None:
@@ -109,6 +109,9 @@ class Script:
         if self.phase is Phase.CLIMB:
             return self._climb()
         if self.phase in _AIRBORNE and not self._vehicle.flying:
+            if self.phase is Phase.HOVER:  # landed as told; from now on the pilot decides
+                self.phase, self._await_arming = Phase.WAIT_ARM, True
+                return ["landed"]
             raise FlightFailedError("the vehicle came down before the flight was complete")
         self._done += 1
         if self.phase is Phase.SETTLE:

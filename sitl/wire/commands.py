@@ -8,7 +8,7 @@ from sitl.flight import Flight
 from sitl.vehicle import DT_US
 from sitl.wire.messages import BUILDERS
 from sitl.wire.parameters import Parameters
-from sitl.wire.port import Message, Port
+from sitl.wire.port import Message, Port, source_of
 from sitl.wire.streams import Streams
 
 FORCE = 21196.0
@@ -50,7 +50,7 @@ class Commands:
             result = self._request(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, port)
         else:
             result = UNSUPPORTED
-        source = (message.get_srcSystem(), message.get_srcComponent())
+        source = source_of(message)
         port.send(mavlink.MAVLink_command_ack_message(command, result, 0, 0, *source))
 
     def _arm(self, wish: float, force: float) -> int:

@@ -15,7 +15,7 @@ from sitl.vehicle import Sample
 from sitl.wire.commands import Commands
 from sitl.wire.messages import BUILDERS, actuator_control_target, heartbeat, highres_imu
 from sitl.wire.parameters import Parameters
-from sitl.wire.port import COMPONENT, SYSTEM, Message, Port
+from sitl.wire.port import COMPONENT, SYSTEM, Message, Port, source_of
 from sitl.wire.router import is_for_vehicle, passes
 from sitl.wire.streams import COMPANION_STREAMS, GROUND_STREAMS, Streams
 
@@ -23,7 +23,7 @@ COMPANION, GROUND = "companion", "ground"
 OBSERVER = (SYSTEM, mavlink.MAV_COMP_ID_ONBOARD_COMPUTER)
 """Who may correct: component 191 of the vehicle's own system."""
 
-HEARTBEAT_S = 1.0
+HEARTBEAT_S = CALL_S = 1.0
 DATAGRAM = 1200
 """Messages are joined into datagrams of at most this many bytes, so the pair of a sample travels as one."""
 
@@ -39,6 +39,7 @@ class Endpoint:
         self._streams = {COMPANION: Streams(COMPANION_STREAMS), GROUND: Streams(GROUND_STREAMS)}
         self._parameters = Parameters(flight.vehicle, flight.scenario.hover_altitude, flight.seed)
         self._commands = Commands(flight, self._parameters, self._streams, COMPANION)
+        self._called: str | None = None
         self._next_heartbeat = self._next_call = -inf
 
     @property
@@ -77,13 +78,15 @@ class Endpoint:
             self._next_heartbeat = now + HEARTBEAT_S
             for port in self._ports.values():
                 port.send(heartbeat(self.flight.vehicle))
-        awaiting = self.flight.script.awaiting
-        if awaiting is None:
-            self._next_call = now
-        elif now >= self._next_call:
-            self._next_call = now + 1.0
-            self.notice(f"waiting for {awaiting}")
+        self._call(self.flight.script.awaiting, now)
         self._stream(GROUND, now)
+
+    def _call(self, awaiting: str | None, now: float) -> None:
+        """Say what is waited for, at once when it is new and again every second."""
+        if awaiting != self._called or now >= self._next_call:
+            self._called, self._next_call = awaiting, now + CALL_S
+            if awaiting:
+                self.notice(f"waiting for {awaiting}")
 
     def _stream(self, link: str, now: float) -> None:
         newest = self.flight.newest
@@ -133,7 +136,7 @@ class Endpoint:
         elif kind.startswith("PARAM_"):
             self._parameters.receive(message, port)
         elif kind == "MISSION_REQUEST_LIST":
-            source = (message.get_srcSystem(), message.get_srcComponent())
+            source = source_of(message)
             port.send(mavlink.MAVLink_mission_count_message(*source, 0))
         elif kind == "SET_ACTUATOR_CONTROL_TARGET" and link == COMPANION and message.group_mlx == 2:
             x, y, z = message.controls[:3]
@@ -141,7 +144,7 @@ class Endpoint:
 
     def _correct(self, message: Message, stamp_us: int, value: tuple[float, float, float]) -> None:
         """An answer of the companion: taken up or ignored, it is an answer to the sample whose stamp it bears."""
-        if (message.get_srcSystem(), message.get_srcComponent()) != OBSERVER:
+        if source_of(message) != OBSERVER:
             return
         if self.flight.answer(stamp_us, value) is not Verdict.TAKEN:
             self.ignored += 1
@@ -149,6 +152,6 @@ class Endpoint:
             self.newest_answered = True
 
     def _observe(self, message: Message, link: str) -> None:
-        source = (message.get_srcSystem(), message.get_srcComponent())
+        source = source_of(message)
         if link == COMPANION and source == OBSERVER and message.param_id == "DOB_ENABLE":
             self.flight.script.observer_reported(message.param_value == 1.0)

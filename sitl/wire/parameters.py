@@ -7,7 +7,7 @@ from math import isfinite
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.vehicle import DT_US, Vehicle
-from sitl.wire.port import COMPONENT, SYSTEM, Message, Port
+from sitl.wire.port import COMPONENT, SYSTEM, Message, Port, source_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +93,7 @@ class Parameters:
     @staticmethod
     def _refuse(message: Message, port: Port, name: str, index: int, error: int) -> None:
         if message.target_component == COMPONENT:
-            source = (message.get_srcSystem(), message.get_srcComponent())
+            source = source_of(message)
             port.send(mavlink.MAVLink_param_error_message(*source, name.encode(), index, error))
 
 

@@ -11,6 +11,11 @@ Message = Any
 """A `pymavlink` message object."""
 
 
+def source_of(message: Message) -> tuple[int, int]:
+    """(system, component) that a message came from."""
+    return message.get_srcSystem(), message.get_srcComponent()
+
+
 class Port:
     """MAVLink 2 framing of one link, with the sequence number and the peers heard on it.
 
@@ -26,17 +31,17 @@ class Port:
         self._outbox: list[bytes] = []
 
     def parse(self, data: bytes) -> Iterator[Message]:
-        """Messages completed by `data`; nonsense and our own echo are left out."""
+        """Messages completed by `data`; nonsense, unknown kinds and our own echo are left out."""
         try:
             messages = self._mav.parse_buffer(data) or ()
         except mavlink.MAVError:
             self.bad += 1
             return
         for message in messages:
-            source = (message.get_srcSystem(), message.get_srcComponent())
-            if message.get_type() == "BAD_DATA":
+            kind = message.get_type()
+            if kind == "BAD_DATA":
                 self.bad += 1
-            elif source != (SYSTEM, COMPONENT):
+            elif not kind.startswith("UNKNOWN") and (source := source_of(message)) != (SYSTEM, COMPONENT):
                 self.heard.add(source)
                 yield message
 
