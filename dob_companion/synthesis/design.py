@@ -3,25 +3,17 @@
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 import dob_companion
 from dob_companion.artifact import Certificate, DobBlock, DobDesign
 from dob_companion.artifact import Problem as StoredProblem
-from dob_companion.errors import NotCertifiedError, RefusedError, UnsolvableError
-from dob_companion.synthesis.certificate import Optimum, certify
-from dob_companion.synthesis.lmi import solve_lmi
+from dob_companion.errors import NotCertifiedError, RefusedError
+from dob_companion.synthesis.certificate import Claim, certify
 from dob_companion.synthesis.models import to_data, to_state_space, weight_to_state_space
-from dob_companion.synthesis.plant import EstimationProblem, estimation_problem
+from dob_companion.synthesis.optimum import candidates, find_optimum
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.reduce import minimal
-from dob_companion.synthesis.riccati import bracket_gamma_star, central_filter
-from dob_companion.synthesis.scaling import whitened
 from dob_companion.synthesis.solvability import require_solvable
 from dob_companion.synthesis.spec import BlockSpec, Spec, parse_spec
-
-AGREEMENT = 1e-3
-"""The LMI and the Riccati equation must agree on gamma_star within this share."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,13 +49,7 @@ def synthesize(
     problem = Problem(plant, controller, disturbance_weight, noise_weight, delays)
     require_solvable(problem, axes)
     problem = Problem(minimal(plant), minimal(controller), minimal(disturbance_weight), minimal(noise_weight), delays)
-    observer, optimum = _near_optimal(_posed(problem), gamma_backoff)
-    return Synthesis(problem, observer, certify(problem, observer, optimum))
-
-
-def best_level(problem: Problem) -> tuple[float, str]:
-    """A lower bound on the norm that any observer reaches, and how it was found."""
-    return _best_level(whitened(_posed(problem))[0])
+    return Synthesis(problem, *_certified(problem, gamma_backoff))
 
 
 def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
@@ -121,30 +107,15 @@ def design_from_toml(text: str, source: str = "spec.toml", created: str = "") ->
         raise type(refusal)(f"{source}: {refusal}") from refusal
 
 
-def _posed(problem: Problem) -> EstimationProblem:
-    return estimation_problem(problem.plant, problem.disturbance_weight, problem.noise_weight, problem.delays)
-
-
-def _near_optimal(problem: EstimationProblem, backoff: float) -> tuple[Any, Optimum]:
-    """gamma_star by two methods, and the minimal central observer at backoff * gamma_star."""
-    white, T, measure = whitened(problem)
-    gamma_star, method = _best_level(white)
-    found = central_filter(white, backoff * gamma_star)
-    if found is None:
-        raise NotCertifiedError(f"no central observer at {backoff * gamma_star:.7g} (gamma_backoff * gamma_star)")
-    observer = problem.observer(T @ found.K @ measure, found.K_z @ measure)
-    return minimal(observer), Optimum(gamma_star, method, backoff)
-
-
-def _best_level(white: EstimationProblem) -> tuple[float, str]:
-    """The smaller of two lower bounds that must agree: Riccati infeasibility and the LMI's dual."""
-    solution = solve_lmi(white)
-    guess = solution.gamma if solution else float(np.linalg.norm(np.hstack([white.C1, white.D11])))
-    low, high = bracket_gamma_star(white, guess)
-    if solution is None:
-        return low, "Riccati equation infeasible below (bisection)"
-    if not abs(solution.dual_bound - low) <= AGREEMENT * low:
-        raise UnsolvableError(
-            f"gamma_star is {low:.6g} to {high:.6g} by Riccati equation but {solution.dual_bound:.6g} by the LMI's dual"
-        )
-    return min(low, solution.dual_bound), "smaller of Riccati infeasibility (bisection) and LMI dual (Clarabel)"
+def _certified(problem: Problem, backoff: float) -> tuple[Any, Certificate]:
+    """The first candidate that passes its proof, without hidden modes."""
+    optimum = find_optimum(problem)
+    claim = Claim(optimum.gamma_star, optimum.method, backoff)
+    failed = NotCertifiedError(f"no observer found within {backoff:g} of gamma_star {optimum.gamma_star:.7g}")
+    for candidate in candidates(optimum, backoff):
+        try:
+            observer = minimal(candidate)
+            return observer, certify(problem, observer, claim)
+        except NotCertifiedError as failure:
+            failed = failure
+    raise failed

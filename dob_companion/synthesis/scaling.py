@@ -1,32 +1,51 @@
 """Coordinates in which the estimation problem is well conditioned.
 
 Units may differ by 1e6 between channels and integrators stand beside fast modes. In the coordinates in
-which the error of the Kalman filter of the same problem is white, and so is its innovation, none of that
-is left: the LMI and the Riccati equation then work on numbers of order one. The observer itself does not
-depend on the coordinates.
+which the error of the Kalman filter of the same problem is white, and so is its innovation, and with z in
+units of that filter's own H-infinity norm, none of that is left: the LMI and the Riccati equation work on
+numbers of order one. The observer does not depend on the coordinates.
 """
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from dob_companion.synthesis.norms import hinf_norm
 from dob_companion.synthesis.plant import EstimationProblem
 
 Array = NDArray[np.float64]
 
-FLOOR = 1e-3
-"""Error directions smaller than this share of the largest are treated as if they were of that size."""
+FLOORS = (1e-4, 1e-6, 1e-2)
+"""Error directions below this share of the largest are treated as if they were of that size; in order of trial."""
 
 
-def whitened(problem: EstimationProblem) -> tuple[EstimationProblem, Array, Array]:
-    """The problem in white coordinates, and the (T, measure) that lead there: xi = T xi', y' = measure y_n.
+@dataclass(frozen=True, slots=True, eq=False)
+class WhiteProblem:
+    """`problem` in white coordinates: xi = T xi', y' = measure y_n, z = level z'; gamma' = gamma / level."""
 
-    Raises LinAlgError when the Kalman filter does not exist.
-    """
+    problem: EstimationProblem
+    T: Array
+    measure: Array
+    level: float
+
+    def gains(self, K: Array, K_z: Array) -> tuple[Array, Array]:
+        """Gains found in white coordinates, for the original problem."""
+        return self.T @ K @ self.measure, self.level * K_z @ self.measure
+
+
+def whitened(problem: EstimationProblem, floor: float = FLOORS[0]) -> WhiteProblem:
+    """Change coordinates. Raises LinAlgError when the Kalman filter does not exist."""
     first = _rough(problem)
-    second = _kalman(problem.transformed(*first))
+    rough = problem.transformed(*first)
+    second, K, K_z = _kalman(rough, floor)
+    level = hinf_norm(rough.error_system(K, K_z))[0]
+    if not 0.0 < level < np.inf:
+        raise np.linalg.LinAlgError(f"the Kalman filter of this problem has error norm {level}")
     T, measure = first[0] @ second[0], second[1] @ first[1]
-    return problem.transformed(T, measure), T, measure
+    white = problem.transformed(T, measure)
+    return WhiteProblem(replace(white, C1=white.C1 / level, D11=white.D11 / level), T, measure, level)
 
 
 def _rough(problem: EstimationProblem) -> tuple[Array, Array]:
@@ -43,11 +62,16 @@ def _or_one(sizes: Array) -> Array:
     return np.where(sizes > 0.0, sizes, 1.0)
 
 
-def _kalman(problem: EstimationProblem) -> tuple[Array, Array]:
+def _kalman(problem: EstimationProblem, floor: float) -> tuple[tuple[Array, Array], Array, Array]:
+    """Whitening transformations, and the filter's gains."""
     A, B, C, D = problem.A, problem.B, problem.C, problem.D21
     R = D @ D.T
     R = R + 1e-12 * np.trace(R) * np.eye(len(R)) + 1e-24 * np.eye(len(R))
     P = linalg.solve_discrete_are(A.T, C.T, B @ B.T, R, s=B @ D.T)
     w, V = np.linalg.eigh((P + P.T) / 2.0)
-    T = V * np.sqrt(np.maximum(w, FLOOR**2 * w[-1]))
-    return T, np.asarray(np.linalg.inv(np.linalg.cholesky(C @ P @ C.T + R)))
+    T = V * np.sqrt(np.maximum(w, floor**2 * w[-1]))
+    innovation = C @ P @ C.T + R
+    K = np.linalg.solve(innovation, C @ P @ A.T + D @ B.T).T
+    N = problem.direct
+    K_z = np.linalg.solve(N.T @ innovation @ N, N.T @ (C @ P @ problem.C1.T + D @ problem.D11.T)).T @ N.T
+    return (T, np.asarray(np.linalg.inv(np.linalg.cholesky(innovation)))), K, K_z

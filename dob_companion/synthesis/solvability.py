@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from dob_companion.errors import SpecError, UnsolvableError
 from dob_companion.synthesis.loop import close_loop
+from dob_companion.synthesis.norms import response
+from dob_companion.synthesis.plant import estimation_problem
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.reduce import hidden_modes
 
@@ -25,6 +27,7 @@ def require_solvable(problem: Problem, axes: tuple[str, ...] | None = None) -> N
     _require_seen(problem)
     _require_weights(problem)
     _require_stable_baseline(problem)
+    _require_excited(problem)
 
 
 def require_sampled_fast_enough(system: Any, dt: float, where: str) -> None:
@@ -92,7 +95,25 @@ def _require_seen(problem: Problem) -> None:
                 )
 
 
+def _require_excited(problem: Problem) -> None:
+    """An undamped plant mode that neither weight excites would have to be tracked for ever from no information."""
+    posed = estimation_problem(problem.plant, problem.disturbance_weight, problem.noise_weight, problem.delays)
+    for pole in np.linalg.eigvals(problem.plant.A):
+        if abs(abs(pole) - 1.0) > 1e-7:
+            continue
+        pencil = np.hstack([posed.A - pole * np.eye(len(posed.A)), posed.B])
+        pencil = pencil / np.linalg.norm(pencil, axis=1, keepdims=True)
+        sizes = np.linalg.svd(pencil, compute_uv=False)
+        if sizes[-1] < 1e-10 * sizes[0]:
+            raise UnsolvableError(
+                f"disturbance weight: zero at the plant's {describe(complex(pole), problem.dt)}: "
+                "the observer's error there would never decay; give the weight some gain at that frequency"
+            )
+
+
 def _require_weights(problem: Problem) -> None:
+    if not np.any(response(problem.disturbance_weight, np.array([0.1, 1.0, 2.0]))):
+        raise UnsolvableError("disturbance weight: zero at every frequency: there is nothing to estimate")
     for name, weight in (("disturbance", problem.disturbance_weight), ("noise", problem.noise_weight)):
         poles = np.linalg.eigvals(weight.A) if weight.nstates else np.zeros(0)
         if np.any(np.abs(poles) >= 1.0):

@@ -6,9 +6,9 @@ import numpy as np
 
 from dob_companion.artifact import Certificate, DobBlock, DobDesign
 from dob_companion.errors import NotCertifiedError, RefusedError
-from dob_companion.synthesis.certificate import Optimum, certify
-from dob_companion.synthesis.design import best_level
+from dob_companion.synthesis.certificate import Claim, certify
 from dob_companion.synthesis.models import from_data
+from dob_companion.synthesis.optimum import find_optimum
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.solvability import require_solvable
 
@@ -54,12 +54,12 @@ def _verify_block(block: DobBlock, dt: float) -> list[Finding]:
     problem, recorded = problem_of(block, dt), block.certificate
     try:
         require_solvable(problem, block.axes)
-        gamma_star, _ = best_level(problem)
+        gamma_star = find_optimum(problem).gamma_star
         # A lower bound may be recorded too low (safe), but not above what is found now.
         if recorded.gamma_star > gamma_star * (1.0 + RELATIVE):
             raise NotCertifiedError(f"gamma_star is recorded as {recorded.gamma_star:.7g}, found {gamma_star:.7g}")
-        optimum = Optimum(recorded.gamma_star, recorded.gamma_star_method, recorded.gamma_backoff)
-        measured = certify(problem, from_data(block.observer, dt), optimum)
+        claim = Claim(recorded.gamma_star, recorded.gamma_star_method, recorded.gamma_backoff)
+        measured = certify(problem, from_data(block.observer, dt), claim)
     except RefusedError as refusal:
         raise type(refusal)(f"block {block.name!r}: {refusal}") from refusal
     return [_compare(block.name, name, recorded, measured) for name in _numbers()] + [

@@ -1,0 +1,104 @@
+"""gamma_star by two algorithms that must agree, and observers close to it, best candidate first."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dob_companion.errors import UnsolvableError
+from dob_companion.synthesis.lmi import LmiSolution, solve_lmi
+from dob_companion.synthesis.plant import EstimationProblem, estimation_problem
+from dob_companion.synthesis.problem import Problem
+from dob_companion.synthesis.riccati import bracket_gamma_star, central_filter
+from dob_companion.synthesis.scaling import FLOORS, WhiteProblem, whitened
+
+AGREEMENT = 1e-3
+"""The LMI and the Riccati equation must agree on gamma_star within this share …"""
+
+GOOD_AGREEMENT = 1e-5
+"""… and other coordinates are tried until they agree within this."""
+
+BOTH = "smaller of Riccati infeasibility (bisection) and LMI dual (Clarabel)"
+RICCATI = "Riccati infeasibility (bisection); LMI without answer"
+LMI = "LMI dual (Clarabel); Riccati equation without answer"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Optimum:
+    """A lower bound on what any observer reaches, how it was found, and what found it.
+
+    `solution` is the LMI's, in the coordinates of `white`.
+    """
+
+    gamma_star: float
+    method: str
+    problem: EstimationProblem
+    white: WhiteProblem
+    solution: LmiSolution | None
+
+
+def find_optimum(problem: Problem) -> Optimum:
+    """Solve twice, in several coordinates until both agree.
+
+    Raises UnsolvableError with the numbers when they never agree within AGREEMENT.
+    """
+    posed = estimation_problem(problem.plant, problem.disturbance_weight, problem.noise_weight, problem.delays)
+    best, least, seen = None, np.inf, []
+    for floor in FLOORS:
+        try:
+            white = whitened(posed, floor)
+        except np.linalg.LinAlgError as trouble:
+            seen.append(str(trouble))
+            continue
+        solution, low = solve_lmi(white.problem), _riccati(white)
+        found, gap = _judge(posed, white, solution, low)
+        if found and gap < least:
+            best, least = found, gap
+        if least <= GOOD_AGREEMENT:
+            break
+        seen.append(_numbers(white, solution, low))
+    if best is None or least > AGREEMENT:
+        raise UnsolvableError(f"gamma_star could not be established: {'; '.join(seen)}")
+    return best
+
+
+def candidates(optimum: Optimum, backoff: float) -> Iterator[Any]:
+    """Observers expected within backoff * gamma_star: central ones first, which do not ring, then the LMI's own."""
+    white, posed = optimum.white, optimum.problem
+    for share in (1.0, 0.5, 0.1):
+        level = (1.0 + share * (backoff - 1.0)) * optimum.gamma_star / white.level
+        found = central_filter(white.problem, level)
+        if found is not None:
+            yield posed.observer(*white.gains(found.K, found.K_z))
+    if optimum.solution is not None:
+        yield posed.observer(*white.gains(optimum.solution.K, optimum.solution.K_z))
+
+
+def _riccati(white: WhiteProblem) -> float | None:
+    """Lower end of the Riccati equation's bracket, in white units."""
+    try:
+        return bracket_gamma_star(white.problem, 1.0)[0]
+    except ArithmeticError:
+        return None
+
+
+def _judge(
+    posed: EstimationProblem, white: WhiteProblem, solution: LmiSolution | None, low: float | None
+) -> tuple[Optimum | None, float]:
+    """What the two answers amount to, and how far they are apart (0.5 AGREEMENT when there is but one)."""
+    if low is not None and solution is not None:
+        gap = abs(solution.dual_bound / low - 1.0)
+        return Optimum(white.level * min(low, solution.dual_bound), BOTH, posed, white, solution), gap
+    if low is not None:
+        return Optimum(white.level * low, RICCATI, posed, white, None), 0.5 * AGREEMENT
+    if solution is not None and solution.dual_bound > 0.0:
+        gap = abs(solution.gamma / solution.dual_bound - 1.0)
+        return Optimum(white.level * solution.dual_bound, LMI, posed, white, solution), 0.5 * AGREEMENT + gap
+    return None, np.inf
+
+
+def _numbers(white: WhiteProblem, solution: LmiSolution | None, low: float | None) -> str:
+    riccati = "no answer" if low is None else f"{white.level * low:.6g}"
+    dual = "no answer" if solution is None else f"{white.level * solution.dual_bound:.6g} ({solution.status})"
+    return f"Riccati {riccati}, LMI dual {dual}"
