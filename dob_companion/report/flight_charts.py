@@ -3,7 +3,7 @@
 import numpy as np
 
 from dob_companion.artifact import AXES
-from dob_companion.report.chart import Array, Chart, Curve, Mark, Panel, Scale, symmetric
+from dob_companion.report.chart import Array, Band, Chart, Curve, Mark, Panel, Scale, symmetric
 from dob_companion.report.trace import FlightTrace
 
 _WIDTH = 1120
@@ -28,7 +28,7 @@ def overview(trace: FlightTrace) -> Chart:
         )
         x = Scale("time", "s", 0.0, _end(time[whole]))
         mark = Mark(x=switch_time(trace), label="switched on" if i == 0 else "")
-        panels.append(Panel(i, 0, x, _error_scale(limit), curves, marks=(mark,), title=axis))
+        panels.append(Panel(i, 0, x, _error_scale(limit), curves, _still_bands(trace, limit), (mark,), axis))
     alt = (
         "Attitude error of roll, pitch and yaw over the whole flight: large with the observer off, small once it is on."
     )
@@ -41,6 +41,23 @@ def switch_time(trace: FlightTrace) -> float:
     moved = np.flatnonzero(np.any(trace.correction[after:] != 0.0, axis=1))
     index = after + int(moved[0]) if moved.size else trace.rows("on").start
     return float(trace.seconds()[index])
+
+
+def still_air(trace: FlightTrace) -> tuple[float, float] | None:
+    """When the disturbance pauses between the windows, s since the off window began; None if it never does."""
+    rows = slice(trace.rows("off").stop, trace.rows("on").start)
+    still = np.flatnonzero(np.all(trace.disturbance[rows] == 0.0, axis=1))
+    if still.size < 2:
+        return None
+    time = trace.seconds()[rows]
+    return float(time[still[0]]), float(time[still[-1]])
+
+
+def _still_bands(trace: FlightTrace, limit: float) -> tuple[Band, ...]:
+    ends = still_air(trace)
+    if ends is None:
+        return ()
+    return (Band("still air", np.array(ends), np.full(2, -limit), np.full(2, limit), "bound"),)
 
 
 def figure_11(trace: FlightTrace) -> Chart:

@@ -71,8 +71,9 @@ def _overview(trace: FlightTrace) -> PageFigure:
     return figure(
         flight_charts.overview(trace),
         "The flight.",
-        "Attitude error as flown. The parameter DOB_ENABLE is written by a ground client; the observer fades in and, "
-        "after a pause that the table leaves out, the same disturbance and noise begin again.",
+        "Attitude error as flown. Once the off window is over a ground client writes the parameter DOB_ENABLE and the "
+        "observer fades in. Then the same disturbance and noise begin again from rest; what lies between the "
+        "windows is left out of the table.",
     )
 
 

@@ -12,7 +12,7 @@ from PIL import Image
 
 from dob_companion.artifact import AXES
 from dob_companion.report.chart import envelope, symmetric
-from dob_companion.report.flight_charts import switch_time
+from dob_companion.report.flight_charts import still_air, switch_time
 from dob_companion.report.palette import COLOURS, INK, MUTED, PAPER, RULE
 from dob_companion.report.trace import FlightTrace
 from dob_companion.report.words import number
@@ -59,6 +59,9 @@ def _draw_axis(axes: Axes, trace: FlightTrace, i: int) -> None:
     pieces = ((off, "off"), (slice(off.stop - 1, on.start + 1), "bound"), (on, "on"))
     for rows, role in pieces:
         axes.plot(*envelope(time[rows], error[rows], _COLUMNS), color=COLOURS[role], linewidth=1.0)
+    pause = still_air(trace)
+    if pause:
+        axes.axvspan(*pause, color=COLOURS["bound"], alpha=0.16, linewidth=0)
     limit = symmetric([error[off.start : on.stop]])
     axes.set(xlim=(0.0, time[on.stop - 1]), ylim=(-limit, limit))
     axes.spines[["top", "right"]].set_visible(False)
@@ -83,6 +86,11 @@ def _words(figure: Figure, top: Axes, trace: FlightTrace) -> None:
     figure.text(0.075, 0.872, "rad; simulated tail-sitter, MAVLink over UDP", fontsize=9, color=MUTED, va="center")
     off, on = trace.rows("off"), trace.rows("on")
     time = trace.seconds()
+    pause = still_air(trace)
+    if pause:
+        spot: dict[str, Any] = {"xy": (sum(pause) / 2.0, 0.93), "xycoords": ("data", "axes fraction"), "ha": "center"}
+        top.annotate("still air", color=MUTED, fontsize=8, va="top", **spot)
+    top.annotate("switched on", (switch_time(trace), 1.06), xycoords=("data", "axes fraction"), fontsize=8, ha="center")
     for rows, role in ((off, "off"), (on, "on")):
         middle = (time[rows.start] + time[rows.stop - 1]) / 2.0
         place: dict[str, Any] = {"xy": (middle, 1.06), "xycoords": ("data", "axes fraction"), "ha": "center"}
