@@ -24,11 +24,11 @@ def fly(design_path: Path, link_url: str, *, config: Path | None, timeout_s: flo
     companion = Companion(design, settings, now=time.monotonic(), datagrams=url.datagrams)
     show = _as_json if as_json else _as_text
     show(Event.info(f"design {design.sha256[:8]}: {', '.join(block.name for block in design.blocks)}"))
-    show(Event.info(f"listening on {url}; waiting for a vehicle" if timeout_s is None else f"listening on {url}"))
     try:
         code = serve(
             companion,
             link,
+            ready=f"listening on {url}, waiting for a vehicle",
             timeout_s=timeout_s,
             on_event=show,
             on_status=_status_as_json if as_json else None,

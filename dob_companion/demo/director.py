@@ -2,6 +2,7 @@
 
 import json
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -37,6 +38,22 @@ class Demo:
     def clock(self) -> str:
         """The vehicle's clock, by the name its command line knows."""
         return "lockstep" if self.fast else "real-time"
+
+
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """A process of the flight and what it writes."""
+
+    name: str
+    process: Popen[bytes]
+    log: Path
+
+    def running(self) -> bool:
+        """Whether it still runs. Raises FlightFailedError when it has ended with anything but success."""
+        code = self.process.poll()
+        if code:
+            raise FlightFailedError(f"{self.name} ended with exit code {code}: {last_line(self.log)} (see {self.log})")
+        return code is None
 
 
 def fly_demo(demo: Demo, screen: Screen) -> tuple[dict[str, Any], int]:
@@ -78,33 +95,27 @@ def _fly(demo: Demo, screen: Screen) -> None:
         child("dob_companion", ["run", "--design", design, "--link", companion_url], companion_log) as companion,
         child("sitl", vehicle_arguments, vehicle_log) as vehicle,
     ):
-        watched = {"vehicle": (vehicle, vehicle_log), "companion": (companion, companion_log)}
+        flying = Watched("vehicle", vehicle, vehicle_log), Watched("companion", companion, companion_log)
         with GroundStation(LinkUrl("udpin", "127.0.0.1", ground_port), CONNECT_S) as station:
-            _serve_ground(station, screen, watched)
+            _serve_ground(station, screen, *flying)
         if stop(companion) != 0:
             raise FlightFailedError(f"companion: {last_line(companion_log)} (see {companion_log})")
     screen.note(last_line(companion_log).partition("info")[2].strip())
 
 
-def _serve_ground(station: GroundStation, screen: Screen, watched: dict[str, tuple[Popen[bytes], Path]]) -> None:
-    """Do as the vehicle announces, until it says that the flight is complete."""
-    duties = {
+def _serve_ground(station: GroundStation, screen: Screen, vehicle: Watched, companion: Watched) -> None:
+    """Do as the vehicle announces, until it has flown to the end."""
+    duties: dict[str, Callable[[], None]] = {
         "sitl: waiting for arm": station.arm,
         "sitl: waiting for takeoff": station.take_off,
         "sitl: waiting for DOB_ENABLE=1": lambda: station.set_parameter("DOB_ENABLE", 1.0),
     }
-    complete = False
-    while not (complete and watched["vehicle"][0].poll() == 0):
+    newest = ""
+    while vehicle.running():
+        companion.running()
         for text in station.texts_until(time.monotonic() + TURN_S):
-            duty = duties.pop(text, None)
-            screen.text(text)
-            if duty:
-                duty()
-            complete = complete or text == "sitl: flight complete"
+            if text != newest:
+                screen.text(text)
+            newest = text
+            duties.pop(text, lambda: None)()
         screen.telemetry(station.telemetry)
-        for name, (process, log) in watched.items():
-            code = process.poll()
-            if code == 0 and name == "vehicle":
-                complete = True
-            elif code is not None:
-                raise FlightFailedError(f"{name} ended with exit code {code}: {last_line(log)} (see {log})")

@@ -14,6 +14,7 @@ from dob_companion.companion import Companion, Event, Status
 from dob_companion.errors import NoVehicleError
 from dob_companion.mavlink import ComputerLoad
 from dob_companion.runtime.links import Link
+from dob_companion.runtime.priority import real_time
 
 EXIT_INTERRUPTED = 130
 LONGEST_WAIT_S = 0.2
@@ -65,12 +66,13 @@ def serve(
     companion: Companion,
     link: Link,
     *,
+    ready: str = "serving",
     timeout_s: float | None = None,
     on_event: Callable[[Event], None] = lambda event: print(event.text, file=sys.stderr),
     on_status: Callable[[Status], None] | None = None,
     status_every_s: float = 0.1,
 ) -> int:
-    """Serve one companion on one link until SIGTERM (returns 0) or Ctrl-C (returns 130).
+    """Say `ready`, then serve one companion on one link until SIGTERM (returns 0) or Ctrl-C (returns 130).
 
     Both end with the fade and the zero of docs/interfaces.md. Raises NoVehicleError when `timeout_s` passes without
     a vehicle's heartbeat.
@@ -78,7 +80,9 @@ def serve(
     started = time.monotonic()
     give_up_at = started + timeout_s if timeout_s is not None else float("inf")
     next_status = next_load = started
-    with Stop().installed() as stop:
+    with real_time() as scheduling, Stop().installed() as stop:
+        on_event(Event.info(scheduling))
+        on_event(Event.info(ready))  # only now does a signal end in a fade
         while not companion.closed:
             now = time.monotonic()
             if stop.signal is not None:
