@@ -75,7 +75,7 @@ class Sitl:
         self.companion, self.ground = Peer(1, 191), Peer(255, 190)
         self.pairs: list[bytes] = []
         self.texts: list[str] = []
-        self.answering = True
+        self.answering = self.obeying = True
         self.enable = 0.0
         self.at_ground: list[Any] = []
         root = Path(__file__).parents[2]
@@ -133,7 +133,8 @@ class Sitl:
             self.at_ground.append(message)
             if message.get_type() == "STATUSTEXT":
                 self.texts.append(message.text)
-                self._obey(message.text)
+                if self.obeying:
+                    self._obey(message.text)
 
     def _obey(self, text: str) -> None:
         if text == "sitl: waiting for DOB_ENABLE=1":
