@@ -1,0 +1,24 @@
+"""Pages that are printed from the code say what the code says."""
+
+from pathlib import Path
+
+import pytest
+
+from docs.__main__ import HERE, PAGES
+from dob_companion.companion import PARAMETERS
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_printed_page_is_up_to_date(name):
+    assert (HERE / name).read_text(encoding="utf-8") == PAGES[name](), "run `make docs`"
+
+
+def test_the_contract_lists_every_parameter_with_its_default_and_range():
+    text = Path(HERE / "interfaces.md").read_text(encoding="utf-8")
+    for spec in PARAMETERS:
+        (row,) = [line for line in text.splitlines() if line.startswith(f"| `{spec.name}`")]
+        if not spec.read_only:
+            _, _, _, default, values, _ = (cell.strip() for cell in row.split("|"))
+            assert float(default) == spec.default
+            low, high = values.replace("…", ",").split(",")
+            assert (float(low), float(high)) == (spec.low, spec.high)
