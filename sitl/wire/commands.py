@@ -50,8 +50,7 @@ class Commands:
             result = self._request(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, port)
         else:
             result = UNSUPPORTED
-        source = source_of(message)
-        port.send(mavlink.MAVLink_command_ack_message(command, result, 0, 0, *source))
+        port.send(mavlink.MAVLink_command_ack_message(command, result, 0, 0, *source_of(message)))
 
     def _arm(self, wish: float, force: float) -> int:
         vehicle = self._flight.vehicle

@@ -12,6 +12,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from sitl.correction import Verdict
 from sitl.flight import Flight
 from sitl.vehicle import Sample
+from sitl.wire import ftp
 from sitl.wire.commands import Commands
 from sitl.wire.messages import BUILDERS, actuator_control_target, heartbeat, highres_imu
 from sitl.wire.parameters import Parameters
@@ -136,8 +137,9 @@ class Endpoint:
         elif kind.startswith("PARAM_"):
             self._parameters.receive(message, port)
         elif kind == "MISSION_REQUEST_LIST":
-            source = source_of(message)
-            port.send(mavlink.MAVLink_mission_count_message(*source, 0))
+            port.send(mavlink.MAVLink_mission_count_message(*source_of(message), 0))
+        elif kind == "FILE_TRANSFER_PROTOCOL":
+            port.send(ftp.refusal(message))
         elif kind == "SET_ACTUATOR_CONTROL_TARGET" and link == COMPANION and message.group_mlx == 2:
             x, y, z = message.controls[:3]
             self._correct(message, message.time_usec, (x, y, z))
@@ -152,6 +154,5 @@ class Endpoint:
             self.newest_answered = True
 
     def _observe(self, message: Message, link: str) -> None:
-        source = source_of(message)
-        if link == COMPANION and source == OBSERVER and message.param_id == "DOB_ENABLE":
+        if link == COMPANION and source_of(message) == OBSERVER and message.param_id == "DOB_ENABLE":
             self.flight.script.observer_reported(message.param_value == 1.0)

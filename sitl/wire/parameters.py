@@ -93,8 +93,7 @@ class Parameters:
     @staticmethod
     def _refuse(message: Message, port: Port, name: str, index: int, error: int) -> None:
         if message.target_component == COMPONENT:
-            source = source_of(message)
-            port.send(mavlink.MAVLink_param_error_message(*source, name.encode(), index, error))
+            port.send(mavlink.MAVLink_param_error_message(*source_of(message), name.encode(), index, error))
 
 
 def _set_gain(vehicle: Vehicle, value: float) -> None:

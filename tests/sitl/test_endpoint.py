@@ -8,7 +8,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.wire.endpoint import COMPANION, GROUND
 from tests.sitl.bench import command, parser_of
-from tests.sitl.wire import ACCEPTED, OBSERVER, Wire, kinds
+from tests.sitl.wire import ACCEPTED, OBSERVER, STATION, Wire, kinds
 
 NAN = math.nan
 
@@ -121,3 +121,10 @@ def test_the_landed_state_follows_the_flight(wire):
     assert state() == mavlink.MAV_LANDED_STATE_IN_AIR
     wire.result(mavlink.MAV_CMD_NAV_LAND)
     assert state() == mavlink.MAV_LANDED_STATE_LANDING
+
+
+def test_a_request_for_files_is_refused_at_once(wire):
+    request = bytes([7, 0, 3, 4, 0, 0, 0, 0, 0, 0, 0, 0])  # sequence 7, session 3, open for reading
+    (answer,) = wire.ask(mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, request.ljust(251, b"\0")))
+    assert (answer.target_system, answer.target_component) == STATION
+    assert answer.payload[:13] == [8, 0, 3, 129, 1, 4, 0, 0, 0, 0, 0, 0, 7]
