@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from docs.__main__ import HERE, PAGES
 from dob_companion.companion import PARAMETERS
+from docs.__main__ import HERE, PAGES
 
 
 @pytest.mark.parametrize("name", PAGES)
