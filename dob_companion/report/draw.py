@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
 
 from dob_companion.report.chart import Array, Chart, Curve, Mark, Panel, envelope
 from dob_companion.report.palette import COLOURS, INK, MUTED, RULE
@@ -94,7 +94,7 @@ def _draw_panel(axes: Axes, panel: Panel, gid: str, columns: int, bottom: bool) 
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_title(
-        f"{panel.title} · {panel.y.title}" if panel.title else panel.y.title, loc="left", pad=7, fontsize=_FONT
+        f"{panel.title} · {panel.y.title}" if panel.title else panel.y.title, loc="left", y=1.0, pad=7, fontsize=_FONT
     )
     axes.tick_params(labelbottom=bottom)
     if bottom:
@@ -144,7 +144,7 @@ def _scales(axes: Axes, panel: Panel) -> None:
         if scale.log:
             (axes.set_xscale if axis is axes.xaxis else axes.set_yscale)("log")
             axis.set_major_locator(LogLocator(10.0, numticks=12))
-            axis.set_minor_formatter(NullFormatter())
+            axis.set_minor_locator(NullLocator())
         elif scale.step:
             axis.set_major_locator(MultipleLocator(scale.step))
         else:

@@ -61,8 +61,8 @@ class FlightTrace:
     def from_bytes(cls, raw: bytes, source: str = "flight.npz") -> "FlightTrace":
         """Parse an .npz. Raises InputError, one line that begins with `source` and names the array."""
         try:
-            with np.load(io.BytesIO(raw), allow_pickle=False) as archive:
-                found = {name: archive[name] for name in archive.files}
+            archive = np.load(io.BytesIO(raw), allow_pickle=False)
+            found = {name: archive[name] for name in archive.files}  # a lone array has no files
         except (ValueError, OSError, EOFError, KeyError, AttributeError, zipfile.BadZipFile):
             raise InputError(f"{source}: not a flight trace: expected an .npz of plain arrays") from None
         arrays = {name: _checked(found, name, source) for name in _FIELDS}

@@ -1,0 +1,104 @@
+"""The pages in a real browser, opened from disk: no complaint on the console, and the figures answer."""
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.report.material import design_html, flight_html, hostile_html
+
+_FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+    "--window-size=1280,1000",
+    "--enable-logging=stderr",  # the console's lines, marked CONSOLE
+    "--dump-dom",
+)
+_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+
+# Works a figure as a hand with a mouse does and leaves what it saw in the page, where --dump-dom shows it.
+_HAND = """<script>
+const hand = (key) => {
+  const figure = document.getElementById(key), svg = figure.querySelector("svg"), area = svg.getBoundingClientRect();
+  svg.setPointerCapture = () => {};  // a made-up pointer cannot be captured
+  const at = (name, x, y) => svg.dispatchEvent(new PointerEvent(name, {
+    bubbles: true, pointerId: 1, pointerType: "mouse", button: 0,
+    clientX: area.left + area.width * x, clientY: area.top + area.height * y,
+  }));
+  const readout = () => { const box = figure.querySelector(".readout"); return box.hidden ? "" : box.innerText; };
+  const live = () => figure.querySelectorAll(".live polyline").length;
+  const seen = { before: readout(), still: live() };
+  at("pointermove", 0.3, 0.3); seen.hover = readout();
+  at("pointerdown", 0.2, 0.3); at("pointermove", 0.3, 0.3); at("pointerup", 0.3, 0.3); seen.zoomed = live();
+  svg.dispatchEvent(new MouseEvent("dblclick", { bubbles: true })); seen.reset = live();
+  at("pointerleave", 0.3, 0.3); seen.after = readout();
+  return seen;
+};
+const report = document.body.appendChild(document.createElement("pre"));
+report.id = "hand";
+report.textContent = JSON.stringify(Object.fromEntries(KEYS.map((key) => [key, hand(key)])));
+</script>"""
+
+
+@pytest.fixture(scope="module")
+def chromium() -> str:
+    found = next((path for name in _NAMES if (path := shutil.which(name))), None)
+    if found is None:
+        pytest.skip(f"no browser found, looked for {', '.join(_NAMES)}: install the package chromium")
+    return found
+
+
+def _open(chromium: str, folder: Path, html: str) -> tuple[str, list[str]]:
+    """The page's DOM after its scripts ran, and what the browser wrote on the console."""
+    page = folder / "page.html"
+    page.write_text(html, encoding="utf-8")
+    command = [chromium, *_FLAGS, f"--user-data-dir={folder / 'profile'}", page.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+
+
+def _worked(chromium: str, folder: Path, html: str, keys: list[str]) -> tuple[dict, list[str]]:
+    dom, console = _open(chromium, folder, html + _HAND.replace("KEYS", json.dumps(keys)))
+    found = re.search(r'<pre id="hand">(.*?)</pre>', dom, flags=re.S)
+    assert found, f"the figures did not answer; console: {console}"
+    return json.loads(found[1].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")), console
+
+
+def test_the_flight_page_answers_to_pointing_and_zooming(chromium, tmp_path):
+    seen, console = _worked(chromium, tmp_path, flight_html(), ["fig8", "fig13"])
+    assert console == []
+    for one in seen.values():
+        assert (one["before"], one["after"], one["still"], one["reset"]) == ("", "", 0, 0)
+        assert one["zoomed"] > 0
+    assert re.search(r"frequency\s*[\d.]+ Hz", seen["fig8"]["hover"])
+    assert re.search(r"roll d → d̂\s*−?[\d.]+ dB", seen["fig8"]["hover"])
+    assert re.search(r"pitch disturbance d\s*−?[\d.]+ normalized", seen["fig13"]["hover"])
+
+
+def test_the_design_page_answers_to_pointing_and_zooming(chromium, tmp_path):
+    seen, console = _worked(chromium, tmp_path, design_html(), ["b0-fig9", "b2-gust0"])
+    assert console == []
+    assert re.search(r"observer off\s*−?[\d.]+ dB\s*observer on\s*−?[\d.]+ dB", seen["b0-fig9"]["hover"])
+    assert seen["b0-fig9"]["zoomed"] == 2
+    assert "rad/s" in seen["b2-gust0"]["hover"]
+
+
+def test_a_hostile_design_runs_no_script_of_its_own(chromium, tmp_path):
+    seen, console = _worked(chromium, tmp_path, hostile_html(), ["b0-fig7"])
+    assert console == []
+    assert "Q" in seen["b0-fig7"]["hover"]
+
+
+def test_a_fault_on_the_page_would_be_noticed(chromium, tmp_path):
+    _, console = _open(chromium, tmp_path, hostile_html() + '<img src="https://example.invalid/x.png">')
+    assert any("Content Security Policy" in line for line in console)
