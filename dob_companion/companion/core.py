@@ -160,7 +160,7 @@ class Companion:
 
     def status(self) -> Status:
         """The moment, for whoever shows it."""
-        loop, counters = self.loop, self.loop.pairing.counters
+        loop, counters = self.loop, self.loop.samples.counters
         return Status(
             loop.state,
             loop.gate.rate.hz,
@@ -197,7 +197,7 @@ class Companion:
                 self._out.append(self._speaker.timesync(fact, round(now * 1e9)))
 
     def _gyro(self, sample: GyroSample, now: float) -> None:
-        repeat = sample.stamp_us == self.loop.pairing.newest_us
+        repeat = sample.stamp_us == self.loop.samples.newest_us
         answer = self.loop.gyro(sample)
         if answer is None:
             return
@@ -235,7 +235,7 @@ class Companion:
         self._out.append(self._speaker.heartbeat(fault=self.loop.state is State.FAULT))
         if self.vehicle is None:
             return
-        self._out.append(self._speaker.computer_status(self.loop.pairing.newest_us or 0, self.load))
+        self._out.append(self._speaker.computer_status(self.loop.samples.newest_us or 0, self.load))
         rate = self.loop.gate.rate
         if now - self._heard_gyro >= SILENCE_S or (rate.full and rate.hz < 0.95 / self.loop.dt):
             self._streams.renew(now)
@@ -246,7 +246,7 @@ class Companion:
         return 3 * self.loop.dt if self.loop.closing else SILENCE_S
 
     def _without_samples(self, now: float) -> None:
-        newest = self.loop.pairing.newest_us
+        newest = self.loop.samples.newest_us
         if newest is None or not self.loop.injecting:
             self._blind_since = None
             self.loop.silent()
@@ -265,8 +265,8 @@ class Companion:
             self._blind_since = None
 
     def _finish(self) -> None:
-        if not self.closed and self.loop.pairing.newest_us is not None:
-            self._out.append(self._speaker.correction(self.loop.pairing.newest_us, (0.0, 0.0, 0.0)))
+        if not self.closed and self.loop.samples.newest_us is not None:
+            self._out.append(self._speaker.correction(self.loop.samples.newest_us, (0.0, 0.0, 0.0)))
         self.closed = True
 
     # Words ----------------------------------------------------------------------------------------------------

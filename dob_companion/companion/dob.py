@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.artifact import DobDesign
-from dob_companion.companion.pairing import Arrival, Pairing
 from dob_companion.companion.parameters import Parameters
+from dob_companion.companion.samples import Arrival, Samples
 from dob_companion.mavlink import AppliedMoment, GyroSample
 from dob_companion.observer import ObserverBank
 from dob_companion.supervisor import Conditions, CorrectionShaper, LinkGate, State, Supervisor, Transition
@@ -50,7 +50,7 @@ class DobLoop:
         p95 = min(block.delay_samples + block.certificate.delay_margin_samples for block in design.blocks)
         self.dt = design.dt
         self.gate = LinkGate(1.0 / design.dt, delay, p95 - delay)
-        self.pairing = Pairing(design.dt)
+        self.samples = Samples(design.dt)
         self.supervisor = Supervisor()
         self.shaper = CorrectionShaper(self._mask(parameters), parameters["DOB_GAIN"], parameters["DOB_LIMIT"])
         self.d_hat: Vector = np.zeros(3)
@@ -84,20 +84,17 @@ class DobLoop:
         """Answer a gyro sample; None when it is late and nothing is to be said."""
         if not all(map(math.isfinite, sample.rates)):
             return self._spoiled(sample.stamp_us, "gyro rate not finite")
-        rates = np.array(sample.rates)
-        arrival, finished = self.pairing.gyro(sample.stamp_us, rates)
-        if arrival is Arrival.REPEAT:
-            return self.answer
-        if arrival is Arrival.LATE:
-            return None
-        if arrival is Arrival.RESTART:
+        arrived = self.samples.gyro(sample.stamp_us, np.array(sample.rates))
+        if arrived.rates is None:  # nothing new: a repeat is answered as before, a late one not at all
+            return self.answer if arrived.arrival is Arrival.REPEAT else None
+        if arrived.arrival is Arrival.RESTART:
             self.gate.clear()
             self._start_anew("vehicle clock jumped back")
-        if arrival is Arrival.GAP:
+        if arrived.arrival is Arrival.GAP:
             self._start_anew("gap in samples" if self.answer else "observer settling")
-        for inputs in finished:
+        for inputs in arrived.finished:
             self._observer.advance(inputs.rates, inputs.moment)
-        self.d_hat = self._observer.estimate(rates)
+        self.d_hat = self._observer.estimate(arrived.rates)
         if not np.all(np.isfinite(self.d_hat)):
             return self._spoiled(sample.stamp_us, "estimate not finite")
         self._settled += 1
@@ -110,7 +107,7 @@ class DobLoop:
         if not all(map(math.isfinite, applied.moment)):
             self._fail("applied moment not finite", applied.stamp_us)
             return
-        if self.pairing.moment(applied.stamp_us, np.array(applied.moment)):
+        if self.samples.moment(applied.stamp_us, np.array(applied.moment)):
             self.gate.delay.add(applied.stamp_us, applied.age_samples)
 
     def operator_wrote(self) -> None:
@@ -187,7 +184,7 @@ class DobLoop:
         """Something is not finite: zero at once, forget everything, latch a fault if it mattered."""
         self.shaper.drop()
         self._start_anew(why)
-        self.pairing.spoil(stamp_us)
+        self.samples.spoil(stamp_us)
         self.d_hat = np.zeros(3)
         if self._wish:
             self._fault = why

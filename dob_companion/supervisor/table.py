@@ -11,7 +11,7 @@ the operator beats the data, and only when nothing speaks against it does a row 
 * The observer runs whenever the data are good, also while DISABLED: off means that nothing is injected, not that
   nothing is known. Enabling then takes effect within a few samples.
 
-How conditions are found is not decided here (`monitors`, and the companion's pairing), nor is what a state does
+How conditions are found is not decided here (`monitors`, and the companion's `samples`), nor is what a state does
 (`fade`). `docs/supervisor.md` is printed from this table.
 """
 

@@ -1,0 +1,193 @@
+"""Stamped arrivals to a gapless sequence of samples at the design's rate.
+
+The observer is a discrete system of one dt. Autopilots stamp at 4.0 ms if all is well, in steps like 2.5, 5.0, 2.5 ms
+if their loop runs at 400 Hz, and links lose messages. So the observer lives on a grid of its own on the vehicle's clock:
+
+* the rate at a grid point is the line between the two gyro samples around it (the error is of second order in dt);
+* the moment of a grid interval is the mean of what acted in it: u_e of stamp t acts from t until the next stamp,
+  whether or not its stamps coincide with the gyro's;
+* a sample that falls on its grid point (within 2 % of dt) *is* that point, and the grid follows it, so a regular
+  stream is taken as it is and a slow drift of the vehicle's clock does no harm.
+
+Why this and not steps of the measured length: an observer designed in discrete time may have poles that no continuous
+system has (on the negative real axis, or at 0 after a delay), and then A^(h/dt) does not exist.
+
+What a lossy link makes of it: one missing message is bridged by the same line and mean, and counted; two in a row are
+a gap, after which the observer starts anew. A stamp that is not newer than the newest is a repeat or late, and never a
+step. A stamp more than a second older is a clock that has jumped.
+"""
+
+from bisect import insort
+from dataclasses import dataclass
+from enum import Enum
+from operator import itemgetter
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+RESTART_US = 1_000_000
+"""A stamp this much older than the newest is no late message but a restarted clock."""
+
+SNAP = 0.02
+"""Share of dt within which a sample counts as lying on its grid point."""
+
+ONE_MISSING, GAP = 1.5, 2.6
+"""Intervals of gyro stamps, in dt, above which one sample is missing, and above which it is a gap."""
+
+STALE_MOMENT = 1.9
+"""Age of the newest moment at a grid point, in dt, above which more than one is missing."""
+
+
+class Arrival(Enum):
+    """What a gyro stamp turns out to be."""
+
+    NEXT = "next"
+    GAP = "gap"
+    RESTART = "restart"
+    REPEAT = "repeat"
+    LATE = "late"
+
+
+@dataclass(slots=True)
+class SampleCounters:
+    """How the samples came in."""
+
+    stepped: int = 0
+    bridged: int = 0
+    gaps: int = 0
+    repeats: int = 0
+    late: int = 0
+    restarts: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inputs:
+    """One finished interval of the grid: rates at its begin (rad/s), mean applied moment (normalized torque), (3,)."""
+
+    rates: Vector
+    moment: Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arrived:
+    """A gyro sample taken in: what it is, the intervals that it completes, and the rates at the newest grid point."""
+
+    arrival: Arrival
+    finished: tuple[Inputs, ...] = ()
+    rates: Vector | None = None
+
+
+class Samples:
+    """The grid of one vehicle."""
+
+    def __init__(self, dt: float) -> None:
+        self.counters = SampleCounters()
+        self._dt_us = 1e6 * dt
+        self._newest: int | None = None
+        self._rates: Vector = np.zeros(3)
+        self._grid = 0.0
+        self._grid_rates: Vector = np.zeros(3)
+        self._moments: list[tuple[int, Vector]] = []
+        self._newest_moment: int | None = None
+        self._bridged_last = False
+
+    @property
+    def newest_us(self) -> int | None:
+        """Stamp of the newest gyro sample; None before the first."""
+        return self._newest
+
+    def moment(self, stamp_us: int, moment: Vector) -> bool:
+        """Keep the moment that acts from a stamp on. False when it is late (its interval is done) or a repeat."""
+        known = any(stamp == stamp_us for stamp, _ in self._moments)
+        if known or (self._newest is not None and stamp_us < self._grid - SNAP * self._dt_us):
+            self.counters.late += 1
+            return False
+        previous = self._newest_moment
+        one_missing = previous is not None and ONE_MISSING < (stamp_us - previous) / self._dt_us <= GAP
+        self.counters.bridged += one_missing and not self._bridged_last  # a lost pair counts once
+        self._newest_moment = max(stamp_us, previous or 0)
+        insort(self._moments, (stamp_us, moment), key=itemgetter(0))
+        return True
+
+    def gyro(self, stamp_us: int, rates: Vector) -> Arrived:
+        """Take a gyro sample in."""
+        previous = self._newest
+        if previous is None:
+            return self._begin(stamp_us, rates, Arrival.GAP)
+        if stamp_us == previous:
+            self.counters.repeats += 1
+            return Arrived(Arrival.REPEAT)
+        if previous - RESTART_US < stamp_us < previous:
+            self.counters.late += 1
+            return Arrived(Arrival.LATE)
+        if stamp_us < previous:
+            self.counters.restarts += 1
+            self._moments.clear()
+            return self._begin(stamp_us, rates, Arrival.RESTART)
+        finished = self._finish(previous, stamp_us, rates)
+        if finished is None:
+            self.counters.gaps += 1
+            return self._begin(stamp_us, rates, Arrival.GAP)
+        self._newest, self._rates = stamp_us, rates
+        self.counters.stepped += len(finished)
+        return Arrived(Arrival.NEXT, finished, self._grid_rates)
+
+    def spoil(self, stamp_us: int) -> None:
+        """An input of this stamp cannot be used: whatever comes next comes after a gap."""
+        self._newest = max(stamp_us, self._newest or 0)
+        self._grid = float(self._newest)
+        self._moments.clear()
+        self._newest_moment = None
+
+    def _begin(self, stamp_us: int, rates: Vector, arrival: Arrival) -> Arrived:
+        self._newest, self._rates = stamp_us, rates
+        self._grid, self._grid_rates = float(stamp_us), rates
+        self._moments = [(stamp, moment) for stamp, moment in self._moments if stamp >= stamp_us]
+        self._newest_moment, self._bridged_last = None, False
+        return Arrived(arrival, (), rates)
+
+    def _finish(self, previous: int, stamp_us: int, rates: Vector) -> tuple[Inputs, ...] | None:
+        """The intervals up to `stamp_us`; None when what would be needed for them is missing."""
+        interval = (stamp_us - previous) / self._dt_us
+        bridged = interval > ONE_MISSING
+        if interval > GAP or (bridged and self._bridged_last):
+            return None
+        finished = []
+        while (end := self._next_point(stamp_us)) <= stamp_us:
+            moment = self._mean_moment(self._grid, end)
+            if moment is None:
+                return None
+            finished.append(Inputs(self._grid_rates, moment))
+            share = (end - previous) / (stamp_us - previous)
+            self._grid_rates = rates if end == stamp_us else self._rates + share * (rates - self._rates)
+            self._grid = end
+        self._bridged_last = bridged
+        self.counters.bridged += bridged
+        self._forget()
+        return tuple(finished)
+
+    def _next_point(self, stamp_us: int) -> float:
+        point = self._grid + self._dt_us
+        return float(stamp_us) if abs(point - stamp_us) <= SNAP * self._dt_us else point
+
+    def _mean_moment(self, begin: float, end: float) -> Vector | None:
+        """Time mean of the moment over an interval; None when too old a value, or none, acts at its begin."""
+        tolerance = SNAP * self._dt_us
+        acting = [(stamp, moment) for stamp, moment in self._moments if stamp < end - tolerance]
+        first = max((i for i, (stamp, _) in enumerate(acting) if stamp <= begin + tolerance), default=None)
+        if first is None or begin - acting[first][0] > STALE_MOMENT * self._dt_us:
+            return None
+        pieces = acting[first:]
+        if len(pieces) == 1:
+            return pieces[0][1]
+        edges = [begin, *(float(stamp) for stamp, _ in pieces[1:]), end]
+        mean: Vector = np.diff(edges) @ np.array([moment for _, moment in pieces]) / (end - begin)
+        return mean
+
+    def _forget(self) -> None:
+        """Drop the moments that no later interval can need."""
+        limit = self._grid + SNAP * self._dt_us
+        acting = sum(stamp <= limit for stamp, _ in self._moments)
+        del self._moments[: max(0, acting - 1)]

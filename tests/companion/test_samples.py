@@ -1,0 +1,142 @@
+"""Irregular, missing, late and jumping stamps, brought to the design's grid (dob_companion/companion/samples.py)."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dob_companion.companion.samples import Arrival, Samples
+
+DT_US = 4000
+
+
+def rate_at(t_us):
+    """A smooth three-axis motion, rad/s: 1 to 7 Hz."""
+    t = t_us * 1e-6
+    return np.array([np.sin(2 * np.pi * 1.0 * t), 0.3 * np.cos(2 * np.pi * 3.0 * t), 0.1 * np.sin(2 * np.pi * 7.0 * t)])
+
+
+def fed(stamps, moment_offset=0, moments=None):
+    """All finished inputs, in order, of gyro samples and moments at the stamps."""
+    samples, finished = Samples(DT_US * 1e-6), []
+    for k, stamp in enumerate(stamps):
+        finished += samples.gyro(int(stamp), rate_at(stamp)).finished
+        value = np.full(3, float(k)) if moments is None else moments(stamp + moment_offset)
+        samples.moment(int(stamp) + moment_offset, value)
+    return samples, finished
+
+
+def test_a_regular_stream_is_taken_exactly_as_it_is():
+    stamps = 1_000_000 + DT_US * np.arange(500)
+    samples, finished = fed(stamps)
+    assert len(finished) == 499
+    for k, inputs in enumerate(finished):
+        assert np.array_equal(inputs.rates, rate_at(stamps[k]))
+        assert np.array_equal(inputs.moment, np.full(3, float(k)))
+    assert (samples.counters.bridged, samples.counters.gaps, samples.counters.late) == (0, 0, 0)
+
+
+def test_a_clock_that_drifts_by_half_a_percent_is_followed_without_interpolating():
+    stamps = np.round(4020 * np.arange(2000)).astype(int)
+    _, finished = fed(stamps)
+    assert len(finished) == 1999
+    assert all(np.array_equal(inputs.rates, rate_at(stamps[k])) for k, inputs in enumerate(finished))
+
+
+@pytest.mark.parametrize("steps", [(2500, 5000), (2500, 2500, 5000), (5000, 3000), (3500, 4700)])
+def test_alternating_stamps_give_the_designs_rate_and_the_line_between_samples(steps):
+    stamps = np.cumsum([steps[k % len(steps)] for k in range(3000)])
+    _, finished = fed(stamps, moments=lambda _t: np.full(3, 0.25))
+    assert len(finished) == pytest.approx((stamps[-1] - stamps[0]) / DT_US, abs=40 * 0.02 * len(stamps))
+    assert all(np.array_equal(inputs.moment, np.full(3, 0.25)) for inputs in finished)
+
+
+def test_the_error_of_interpolation_is_of_second_order():
+    def worst(step):
+        samples, grid, errors = Samples(DT_US * 1e-6), [], []
+        t = 0
+        for k in range(2000):
+            t += step if k % 2 else 5000 if step == 2500 else 8000 - step
+            arrived = samples.gyro(t, rate_at(t))
+            samples.moment(t, np.zeros(3))
+            grid.append(samples._grid)
+            errors.append(np.abs(arrived.rates - rate_at(samples._grid)))
+        return np.max(errors, axis=0)
+
+    bound = np.array([1.0 * (2 * np.pi) ** 2, 0.3 * (6 * np.pi) ** 2, 0.1 * (14 * np.pi) ** 2]) * 0.005**2 / 8
+    assert np.all(worst(2500) <= bound * 1.01)
+
+
+@pytest.mark.parametrize("offset", [500, 1000, 2000, 3000])
+def test_a_moment_between_gyro_stamps_acts_from_its_own_stamp_on(offset):
+    stamps = DT_US * np.arange(400)
+    samples, finished = fed(stamps, moment_offset=offset)
+    for k, inputs in enumerate(finished[5:], start=5):
+        expected = ((k - 1) * offset + k * (DT_US - offset)) / DT_US
+        assert inputs.moment[0] == pytest.approx(expected, abs=1e-9)
+    assert samples.counters.late == 0
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.integers(1500, 5900), min_size=50, max_size=200), st.integers(0, 2**32 - 1))
+def test_the_integral_of_the_moment_is_kept_on_any_stamps(steps, seed):
+    stamps = np.cumsum(steps)
+    values = np.random.default_rng(seed).normal(size=len(stamps))
+    samples, finished = Samples(DT_US * 1e-6), []
+    for stamp, value in zip(stamps, values, strict=True):
+        finished += samples.gyro(int(stamp), np.zeros(3)).finished
+        samples.moment(int(stamp), np.full(3, value))
+    assert samples.counters.gaps == 0
+    total = sum(inputs.moment[0] for inputs in finished) * DT_US
+    covered = samples._grid - stamps[0]
+    exact, begin = 0.0, stamps[0]
+    for k, value in enumerate(values):
+        end = min(stamps[k + 1] if k + 1 < len(stamps) else begin, samples._grid)
+        exact += value * max(0.0, end - stamps[k])
+    assert total == pytest.approx(exact, abs=0.02 * DT_US * 3 * len(stamps))
+    assert covered == pytest.approx(len(finished) * DT_US, abs=0.02 * DT_US * len(finished) + 1)
+
+
+def test_two_missing_samples_in_a_row_are_a_gap():
+    samples, _ = fed(DT_US * np.arange(10))
+    assert samples.gyro(DT_US * 12, np.zeros(3)).arrival is Arrival.GAP
+    assert samples.counters.gaps == 1
+
+
+def test_every_second_sample_missing_is_not_bridged_for_ever():
+    samples = Samples(DT_US * 1e-6)
+    kinds = []
+    for k in range(0, 20, 2):
+        kinds.append(samples.gyro(DT_US * k, np.zeros(3)).arrival)
+        samples.moment(DT_US * k, np.zeros(3))
+    assert kinds[1] is Arrival.NEXT
+    assert Arrival.GAP in kinds[2:4]
+
+
+def test_two_missing_moments_in_a_row_are_a_gap():
+    samples, _ = fed(DT_US * np.arange(10))
+    kinds = [samples.gyro(DT_US * k, np.zeros(3)).arrival for k in range(10, 14)]
+    assert kinds[:2] == [Arrival.NEXT, Arrival.NEXT]
+    assert Arrival.GAP in kinds[2:]
+
+
+def test_a_moment_that_comes_before_its_gyro_sample_is_kept_for_it():
+    samples, _ = fed(DT_US * np.arange(10))
+    samples.moment(DT_US * 10, np.full(3, 7.0))
+    samples.gyro(DT_US * 10, np.zeros(3))
+    (inputs,) = samples.gyro(DT_US * 11, np.zeros(3)).finished
+    assert np.array_equal(inputs.moment, np.full(3, 7.0))
+
+
+def test_a_late_moment_is_dropped_and_counted():
+    samples, _ = fed(DT_US * np.arange(10))
+    assert not samples.moment(DT_US * 5, np.ones(3))
+    assert samples.counters.late == 1
+
+
+def test_a_clock_that_jumps_back_starts_anew():
+    samples, _ = fed(10_000_000 + DT_US * np.arange(10))
+    assert samples.gyro(1_000, np.zeros(3)).arrival is Arrival.RESTART
+    assert samples.gyro(1_000 + DT_US, np.zeros(3)).arrival is Arrival.GAP
+    samples.moment(1_000 + DT_US, np.zeros(3))
+    assert samples.gyro(1_000 + 2 * DT_US, np.zeros(3)).arrival is Arrival.NEXT
