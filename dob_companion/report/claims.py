@@ -8,7 +8,8 @@ import numpy as np
 
 from dob_companion.artifact import Certificate, DobBlock
 from dob_companion.artifact.flyable import GREATEST_COMMAND_LEAK, LEAST_DELAY_MARGIN_SAMPLES, LEAST_DISK_MARGIN
-from dob_companion.report.words import number, plural
+from dob_companion.report.words import listed, number, plural
+from dob_companion.synthesis.margins import MOST_DELAY_SAMPLES
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +45,7 @@ def claims(block: DobBlock, dt: float) -> tuple[Claim, ...]:
 
 
 def further(extra: Mapping[str, object]) -> list[tuple[str, str]]:
-    """What else the certificate records, as it stands: name and value of every number or word."""
+    """What else the certificate records, as it stands: name and value of every number, word or list of numbers."""
     rows = []
     for name, value in extra.items():
         if isinstance(value, bool) or value is None:
@@ -53,7 +54,17 @@ def further(extra: Mapping[str, object]) -> list[tuple[str, str]]:
             rows.append((name, number(float(value), 5) if isinstance(value, float) else str(value)))
         elif isinstance(value, str):
             rows.append((name, value))
+        elif isinstance(value, list) and value and all(isinstance(one, float) for one in value):
+            rows.append((name, listed(tuple(number(one, 5) for one in value))))
     return rows
+
+
+def axis_disk_margin(block: DobBlock, axis: int) -> float:
+    """The disk margin of one axis, the others exact, or that of all at once where the file has no other."""
+    each = block.certificate.extra.get("disk_margin_per_axis")
+    if isinstance(each, list) and len(each) == len(block.axes) and isinstance(each[axis], float):
+        return float(each[axis])
+    return block.certificate.disk_margin
 
 
 def _near_optimal(proof: Certificate) -> Claim:
@@ -96,13 +107,17 @@ def _disk(proof: Certificate) -> Claim:
 
 
 def _delay(proof: Certificate, dt: float) -> Claim:
-    more = proof.delay_margin_samples
-    return Claim(
-        more >= LEAST_DELAY_MARGIN_SAMPLES,
-        "Robust in delay.",
-        f"{plural(more, 'further sample')} of link delay ({more * dt * 1e3:g} ms) that the observer is not "
-        "told about leave the loop stable.",
-    )
+    unseen = _samples(proof.delay_margin_samples, dt)
+    text = f"{unseen} of link delay that the observer is not told about leave the loop stable"
+    useful = proof.extra.get("useful_delay_samples")
+    if isinstance(useful, int):
+        text += f"; it goes on helping with {_samples(useful, dt)} that u_e reports truly"
+    return Claim(proof.delay_margin_samples >= LEAST_DELAY_MARGIN_SAMPLES, "Robust in delay.", text + ".")
+
+
+def _samples(count: int, dt: float) -> str:
+    least = "at least " if count >= MOST_DELAY_SAMPLES else ""
+    return f"{least}{plural(count, 'further sample')} ({count * dt * 1e3:g} ms)"
 
 
 def _bandwidth(proof: Certificate) -> Claim:

@@ -7,7 +7,7 @@ import numpy as np
 from dob_companion.artifact import DobBlock, DobDesign, StateSpaceData
 from dob_companion.report import bode_charts, design_charts
 from dob_companion.report.bode_charts import AxisResponses
-from dob_companion.report.claims import Claim, claims, further
+from dob_companion.report.claims import Claim, axis_disk_margin, claims, further
 from dob_companion.report.evaluate import (
     Complex,
     Loops,
@@ -38,6 +38,7 @@ class BlockSection:
     row: dict[str, str]
     diagram: dict[str, str]
     models: list[tuple[str, str]]
+    coupled: bool
     claims: tuple[Claim, ...]
     further: list[tuple[str, str]]
     responses: list[PageFigure]
@@ -101,6 +102,7 @@ def _section(block: DobBlock, index: int, dt: float) -> BlockSection:
         row=certificate_row(block),
         diagram=_diagram(block, key, dt),
         models=_models(block, dt, observer),
+        coupled=len(block.axes) > 1,
         claims=claims(block, dt),
         further=further(block.certificate.extra),
         responses=_response_figures(key, axes),
@@ -149,7 +151,7 @@ def _upper(values: Complex) -> list[complex]:
 
 
 def _root(value: complex) -> str:
-    real = number(value.real, 4)
+    real = number(value.real if abs(value.real) > 1e-9 else 0.0, 4)
     return real if abs(value.imag) < 1e-9 else f"{real} ± {number(value.imag, 4)}j"
 
 
@@ -197,13 +199,13 @@ def _margin_figures(
         of = f" ({axis})" if len(block.axes) > 1 else ""
         hertz = axes[i].of.frequency_hz
         off, on = (open_loop(loop, i, hertz, loops.dt) for loop in (loops.off, loops.on))
-        margin = block.certificate.disk_margin
+        margin = axis_disk_margin(block, i)
         found += [
             figure(
                 design_charts.nyquist(f"{key}-nyquist{i}", hertz, off, on, margin),
                 f"Margins{of}.",
-                f"Open loop, broken at u_e, near −1. The dashed disk is the disk margin {number(margin, 3)}: "
-                "no curve with the observer enters it. Point at a curve for the frequency.",
+                f"Open loop, broken at u_e{' of this axis' if of else ''}, near −1. The dashed disk is its disk margin "
+                f"{number(margin, 3)}: the curve with the observer stays out of it.",
             ),
             figure(
                 design_charts.time_response(
