@@ -3,28 +3,44 @@
 import json
 import sys
 import time
-from dataclasses import asdict
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from dob_companion.artifact import DobDesign, check_flyable, loads
 from dob_companion.companion import Companion, CompanionConfig, Event, Status, parse_config
-from dob_companion.files import read_text
-from dob_companion.runtime import open_link, parse_link_url, serve
+from dob_companion.files import SettingsKeeper, read_text, recover_settings
+from dob_companion.mavlink import Severity
+from dob_companion.runtime import Notifier, open_link, parse_link_url, serve
 
 RATE_HZ = 250.0
 """The rate at which profile `sitl` delivers samples; a design for another one is refused."""
 
 
-def fly(design_path: Path, link_url: str, *, config: Path | None, timeout_s: float | None, as_json: bool) -> int:
+def fly(
+    design_path: Path, link_url: str, *, config: Path | None, state: Path | None, timeout_s: float | None, as_json: bool
+) -> int:
     """Check the design, open the link, serve until told to stop. Returns the exit code."""
     design = load_flyable(design_path)
     settings = parse_config(read_text(config), str(config)) if config else CompanionConfig()
+    if state is not None:
+        settings = replace(settings, state_directory=str(state))
     url = parse_link_url(link_url)
-    link = open_link(url)
-    companion = Companion(design, settings, now=time.monotonic(), datagrams=url.datagrams)
     show = _as_json if as_json else _as_text
-    show(Event.info(f"design {design.sha256[:8]}: {', '.join(block.name for block in design.blocks)}"))
-    try:
+    notifier = Notifier.from_environment()
+    with ExitStack() as leaving:
+        link = open_link(url)
+        leaving.callback(link.close)
+        show(Event.info(f"design {design.sha256[:8]}: {', '.join(block.name for block in design.blocks)}"))
+        settings, keep = _kept_parameters(settings, show, leaving)
+        companion = Companion(design, settings, now=time.monotonic(), datagrams=url.datagrams)
+
+        def turn(now: float) -> None:
+            notifier.alive(now, lambda: _in_words(companion.status()))
+            keep(companion.parameters.written)
+
+        leaving.callback(notifier.stopping)
         code = serve(
             companion,
             link,
@@ -32,11 +48,27 @@ def fly(design_path: Path, link_url: str, *, config: Path | None, timeout_s: flo
             timeout_s=timeout_s,
             on_event=show,
             on_status=_status_as_json if as_json else None,
+            on_turn=turn,
         )
-    finally:
-        link.close()
     show(Event.info(_summary(companion.status())))
     return code
+
+
+def _kept_parameters(
+    settings: CompanionConfig, show: Callable[[Event], None], leaving: ExitStack
+) -> tuple[CompanionConfig, Callable[[Mapping[str, float]], None]]:
+    """The configuration with what the operator had set before on top of it, and whom to tell of what is set now."""
+    if settings.state_directory is None:
+        return settings, lambda _: None
+    directory = Path(settings.state_directory)
+    recovered, warning = recover_settings(directory)
+    if warning:
+        show(Event(Severity.WARNING, warning))
+    if recovered:
+        show(Event.info("set by the operator: " + ", ".join(f"{name} {value:g}" for name, value in recovered.items())))
+    keeper = SettingsKeeper(directory, recovered, lambda text: show(Event(Severity.WARNING, text)))
+    leaving.enter_context(keeper)
+    return replace(settings, parameters={**settings.parameters, **recovered}), keeper.keep
 
 
 def load_flyable(path: Path) -> DobDesign:
@@ -44,6 +76,10 @@ def load_flyable(path: Path) -> DobDesign:
     design = loads(read_text(path), str(path))
     check_flyable(design, RATE_HZ, str(path))
     return design
+
+
+def _in_words(status: Status) -> str:
+    return f"{status.state.name}, {status.rate_hz:.1f} Hz, delay {status.delay_samples} samples"
 
 
 def _summary(status: Status) -> str:

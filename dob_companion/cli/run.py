@@ -21,6 +21,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--link", default=DEFAULT_LINK, metavar="URL", help="link to the autopilot (%(default)s)")
     parser.add_argument("--profile", choices=PROFILES, default=PROFILES[0], help="where the inputs come from")
     parser.add_argument("--config", type=Path, metavar="FILE", help="TOML configuration")
+    parser.add_argument("--state", type=Path, metavar="DIR", help="keep parameters written by the operator here")
     parser.add_argument("--timeout", type=float, metavar="S", help="give up without a vehicle after S seconds")
     parser.add_argument("--json", action="store_true", help="events and status as JSON lines on stdout")
     parser.set_defaults(run=run)
@@ -30,4 +31,4 @@ def run(args: argparse.Namespace) -> int:
     """Serve until told to stop."""
     from dob_companion.cli.daemon import fly
 
-    return fly(args.design, args.link, config=args.config, timeout_s=args.timeout, as_json=args.json)
+    return fly(args.design, args.link, config=args.config, state=args.state, timeout_s=args.timeout, as_json=args.json)

@@ -10,6 +10,8 @@ from dob_companion.companion.parameters import PARAMETERS, fits
 from dob_companion.errors import ConfigError
 from dob_companion.mavlink import CORRECTION_MESSAGES
 
+KEYS = ("system", "correction_message", "parameters", "state_directory")
+
 
 @dataclass(frozen=True, slots=True)
 class CompanionConfig:
@@ -18,11 +20,13 @@ class CompanionConfig:
     system              the vehicle's MAVLink system id, 1…255; None takes the first autopilot heard
     correction_message  which message carries the correction
     parameters          start values that differ from the table's defaults
+    state_directory     where the operator's settings are kept; None keeps nothing
     """
 
     system: int | None = None
     correction_message: str = CORRECTION_MESSAGES[0]
     parameters: Mapping[str, float] = field(default_factory=dict)
+    state_directory: str | None = None
 
 
 def parse_config(text: str, source: str) -> CompanionConfig:
@@ -31,14 +35,17 @@ def parse_config(text: str, source: str) -> CompanionConfig:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
         raise ConfigError(f"{source}: not TOML: {problem}") from None
-    _known(source, "", table, ("system", "correction_message", "parameters"))
+    _known(source, "", table, KEYS)
     system = table.get("system")
     if system is not None and not (type(system) is int and 1 <= system <= 255):
         raise ConfigError(f"{source}: system is {system!r}, expected a whole number from 1 to 255")
     message = table.get("correction_message", CORRECTION_MESSAGES[0])
     if message not in CORRECTION_MESSAGES:
         raise ConfigError(f"{source}: correction_message is {message!r}, expected {' or '.join(CORRECTION_MESSAGES)}")
-    return CompanionConfig(system, message, _parameters(source, table.get("parameters", {})))
+    state = table.get("state_directory")
+    if state is not None and not (isinstance(state, str) and state):
+        raise ConfigError(f"{source}: state_directory is {state!r}, expected a path")
+    return CompanionConfig(system, message, _parameters(source, table.get("parameters", {})), state)
 
 
 def _parameters(source: str, table: Any) -> dict[str, float]:

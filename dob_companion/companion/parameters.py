@@ -9,7 +9,10 @@ from dob_companion.mavlink import ParamRefusal, ParamWrite
 
 @dataclass(frozen=True, slots=True)
 class ParameterSpec:
-    """One row of the table. Everything travels as REAL32; `whole` numbers may be written in any integer coding."""
+    """One row of the table. Everything travels as REAL32; `whole` numbers may be written in any integer coding.
+
+    What the operator writes to a `kept` one survives a restart.
+    """
 
     name: str
     meaning: str
@@ -18,15 +21,18 @@ class ParameterSpec:
     high: float
     whole: bool = False
     read_only: bool = False
+    kept: bool = True
 
 
 PARAMETERS: tuple[ParameterSpec, ...] = (
-    ParameterSpec("DOB_ENABLE", "inject the correction on the chosen axes; 0 clears a fault", 0, 0, 1, whole=True),
+    ParameterSpec(
+        "DOB_ENABLE", "inject the correction on the chosen axes; 0 clears a fault", 0, 0, 1, whole=True, kept=False
+    ),
     ParameterSpec("DOB_AXES", "bit mask of axes: 1 roll, 2 pitch, 4 yaw", 7, 0, 7, whole=True),
     ParameterSpec("DOB_GAIN", "gain g on the estimate", 1, 0, 1),
     ParameterSpec("DOB_LIMIT", "largest correction per axis, normalized torque", 0.3, 0, 1),
     ParameterSpec("DOB_RAMP_S", "fade-in and fade-out time, s", 0.5, 0, 10),
-    ParameterSpec("DOB_STATE", "what the supervisor does (read-only)", 0, 0, 6, whole=True, read_only=True),
+    ParameterSpec("DOB_STATE", "what the supervisor does (read-only)", 0, 0, 6, whole=True, read_only=True, kept=False),
 )
 
 _SMALLEST_NORMAL = 1.1754943508222875e-38
@@ -40,6 +46,8 @@ class Parameters:
 
     def __init__(self, initial: Mapping[str, float] | None = None) -> None:
         self._values = {spec.name: float(spec.default) for spec in PARAMETERS} | dict(initial or {})
+        self.written: Mapping[str, float] = {}
+        """What the operator has set and a restart should find again: a new mapping at each write."""
 
     def __len__(self) -> int:
         return len(PARAMETERS)
@@ -69,6 +77,8 @@ class Parameters:
         if not fits(spec, value):
             return ParamRefusal.VALUE_OUT_OF_RANGE
         self._values[spec.name] = value
+        if spec.kept:
+            self.written = {**self.written, spec.name: value}
         return None
 
 

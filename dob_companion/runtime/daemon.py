@@ -71,11 +71,13 @@ def serve(
     on_event: Callable[[Event], None] = lambda event: print(event.text, file=sys.stderr),
     on_status: Callable[[Status], None] | None = None,
     status_every_s: float = 0.1,
+    on_turn: Callable[[float], None] = lambda _: None,
 ) -> int:
     """Say `ready`, then serve one companion on one link until SIGTERM (returns 0) or Ctrl-C (returns 130).
 
-    Both end with the fade and the zero of docs/interfaces.md. Raises NoVehicleError when `timeout_s` passes without
-    a vehicle's heartbeat.
+    Both end with the fade and the zero of docs/interfaces.md. `on_turn` is called with the time in every turn of the
+    loop, several times a second at least, and must return at once. Raises NoVehicleError when `timeout_s` passes
+    without a vehicle's heartbeat.
     """
     started = time.monotonic()
     give_up_at = started + timeout_s if timeout_s is not None else float("inf")
@@ -85,6 +87,7 @@ def serve(
         on_event(Event.info(ready))  # only now does a signal end in a fade
         while not companion.closed:
             now = time.monotonic()
+            on_turn(now)
             if stop.signal is not None:
                 companion.close(now)
             if companion.vehicle is None and now >= give_up_at:
