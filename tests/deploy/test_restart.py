@@ -78,7 +78,7 @@ def test_the_operators_setting_stands_above_the_configured_one(design, tmp_path)
             vehicle.fly(2)
             assert (read(vehicle, "DOB_GAIN"), read(vehicle, "DOB_LIMIT")) == (0.5, limit)
             vehicle.write("DOB_LIMIT", 0.25)
-            once(lambda: (tmp_path / "state" / "parameters.json").exists())
+            once((tmp_path / "state" / "parameters.json").exists)
 
 
 def test_a_torn_state_file_does_not_keep_the_daemon_from_flying(design, tmp_path):
