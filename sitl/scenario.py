@@ -3,7 +3,6 @@
 import tomllib
 from dataclasses import dataclass
 from difflib import get_close_matches
-from importlib import resources
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,8 @@ from sitl.attitude import Vector
 from sitl.errors import ScenarioError
 
 AXES = ("roll", "pitch", "yaw")
+
+_PACKAGED = Path(__file__).parent / "scenarios"
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +50,7 @@ class Scenario:
 
 def packaged_names() -> list[str]:
     """Names of the scenarios that come with the package."""
-    files = resources.files("sitl") / "scenarios"
-    return sorted(Path(f.name).stem for f in files.iterdir() if f.name.endswith(".toml"))
+    return sorted(path.stem for path in _PACKAGED.glob("*.toml"))
 
 
 def load(name_or_path: str) -> Scenario:
@@ -64,8 +64,7 @@ def load(name_or_path: str) -> Scenario:
     if name_or_path not in names:
         hint = _nearest(name_or_path, names) or f"known: {', '.join(names)}"
         raise ScenarioError(f"scenario {name_or_path!r} is unknown; {hint}; or give the path of a .toml file")
-    with resources.as_file(resources.files("sitl") / "scenarios" / f"{name_or_path}.toml") as path:
-        return _read(path)
+    return _read(_PACKAGED / f"{name_or_path}.toml")
 
 
 def _read(path: Path) -> Scenario:

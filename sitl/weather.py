@@ -3,7 +3,6 @@
 from math import exp, pi, sqrt
 
 import numpy as np
-from scipy.signal import lfilter
 
 from sitl.attitude import ZERO, Vector
 from sitl.dynamics import DT
@@ -37,29 +36,27 @@ class Weather:
     def __init__(self, seed: int, bandwidth_hz: float, scale: Vector, sigma: float) -> None:
         self._seed = seed
         self._pole = first_order_pole(bandwidth_hz)
-        self._scale = np.array(scale)
-        self._sigma = sigma
+        gain = sqrt(1.0 - self._pole**2)
+        self._size = np.array([gain * scale[0], gain * scale[1], gain * scale[2], sigma, sigma, sigma])
         self.begin(CALM)
 
     def begin(self, stream: int) -> None:
         """Start a stream from its first sample; `CALM` has no disturbance."""
         self._calm = stream == CALM
         self._rng = np.random.default_rng([self._seed, stream])
-        self._memory = np.zeros((1, 3))
+        self._disturbance = ZERO
         self._rows: list[list[float]] = []
         self._next = 0
 
     def sample(self) -> tuple[Vector, Vector]:
         """Disturbance (normalized torque) and gyro noise (rad/s) of the next sample."""
         if self._next == len(self._rows):
-            self._draw()
-        d0, d1, d2, n0, n1, n2 = self._rows[self._next]
+            self._rows = (self._rng.standard_normal((BLOCK, 6)) * self._size).tolist()
+            self._next = 0
+        w0, w1, w2, n0, n1, n2 = self._rows[self._next]
         self._next += 1
-        return (ZERO if self._calm else (d0, d1, d2)), (n0, n1, n2)
-
-    def _draw(self) -> None:
-        white = self._rng.standard_normal((BLOCK, 6))
-        gain = sqrt(1.0 - self._pole**2)
-        d, self._memory = lfilter([0.0, gain], [1.0, -self._pole], white[:, :3], axis=0, zi=self._memory)
-        self._rows = np.hstack([d * self._scale, white[:, 3:] * self._sigma]).tolist()
-        self._next = 0
+        d = self._disturbance
+        if not self._calm:
+            a = self._pole
+            self._disturbance = (a * d[0] + w0, a * d[1] + w1, a * d[2] + w2)
+        return d, (n0, n1, n2)
