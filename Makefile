@@ -4,14 +4,16 @@
 #   make check   lint, types, import floors
 #   make proof   long campaigns and the tables of the docs
 #   make bench   measurements, as ratios taken in one run
+#   make docs    print the pages that come from the code
+#   make pins    pin the newest versions that fit together
 
 SHELL := /bin/sh
 PYTHON ?= python3
-VENV := .venv
+VENV ?= .venv
 BIN := $(VENV)/bin
-PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: demo test check proof bench docs clean
+.NOTPARALLEL:
+.PHONY: demo test check proof bench docs pins clean
 
 demo: $(VENV)/.demo
 	$(BIN)/dob-companion demo $(DEMO_ARGS)
@@ -34,23 +36,41 @@ bench: $(VENV)/.dev
 docs: $(VENV)/.dev
 	$(BIN)/python -m docs
 
+pins:
+	$(PYTHON) -m venv --clear build/pins
+	build/pins/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	{ sed -n '/^#/p' constraints.txt && build/pins/bin/python -m pip freeze --exclude-editable; } > build/constraints.txt
+	mv build/constraints.txt constraints.txt
+	rm -rf build/pins
+
 clean:
 	rm -rf $(VENV) build *.egg-info
 
+# Set-up. A stamp is written when its step is complete, so that a step cut short is done again, and both steps put right
+# what an interruption leaves: a pip without its end, and packages without the list of their files (RECORD), which pip
+# would take for installed.
 $(VENV)/.python:
 	@command -v git >/dev/null || { echo "git is missing: apt install git" >&2; exit 1; }
-	@command -v $(PYTHON) >/dev/null || { echo "python3 is missing: apt install python3" >&2; exit 1; }
+	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is missing: apt install python3" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
-	  { echo "$$($(PYTHON) --version) is too old: apt install a python3 of 3.11 or newer" >&2; exit 1; }
+	  { echo "$(PYTHON) is $$($(PYTHON) --version), expected 3.11 or newer: make PYTHON=python3.12 …" >&2; exit 1; }
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
 	  { echo "python3-venv is missing: apt install python3-venv" >&2; exit 1; }
-	$(PYTHON) -m venv $(VENV)
+	@rm -rf $(VENV)/lib/python3*/site-packages/pip $(VENV)/lib/python3*/site-packages/pip-*
+	@$(PYTHON) -m venv $(VENV)
 	@touch $@
 
+define install
+@echo "installing dob-companion[$(1)] into $(VENV), some minutes the first time" >&2
+@find $(VENV)/lib -path '*/site-packages/*.dist-info' -prune ! -exec test -e '{}/RECORD' ';' -exec rm -r '{}' +
+@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[$(1)]'
+endef
+
 $(VENV)/.demo: $(VENV)/.python pyproject.toml constraints.txt
-	$(PIP_INSTALL) --editable '.[demo]'
+	$(call install,demo)
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.python pyproject.toml constraints.txt
-	$(PIP_INSTALL) --editable '.[dev]'
-	@touch $@ $(VENV)/.demo
+	$(call install,dev)
+	@touch $(VENV)/.demo
+	@touch $@

@@ -1,0 +1,124 @@
+"""An aircraft installs numpy, pymavlink and pyserial: with nothing else importable it flies, and says what is missing.
+
+Every distribution that those three do not bring along is refused to a real process by an import hook;
+`test_wheel.py` shows the same in a fresh environment.
+"""
+
+import json
+import re
+import subprocess
+import sys
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from dob_companion.artifact import dumps
+from tests.cli.processes import free_port, one_line
+from tests.companion.aircraft import small_design
+from tests.packaging.project import EXTRAS, PROJECT, requirements
+
+_LIGHT = """
+import json, sys
+
+class Refuse:
+    refused = frozenset(json.loads(sys.argv.pop(1)))
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in self.refused:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Refuse())
+from dob_companion.cli.main import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def brought_along(distribution, found=frozenset()):
+    """The names of a distribution and of all that it requires here, extras aside."""
+    name = canonicalize_name(distribution)
+    if name in found:
+        return found
+    found |= {name}
+    try:
+        needed = [Requirement(line) for line in requires(distribution) or ()]
+    except PackageNotFoundError:
+        return found
+    for requirement in needed:
+        if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
+            found = brought_along(requirement.name, found)
+    return found
+
+
+def absent():
+    """Top-level modules that a light install has not."""
+    light = brought_along(PROJECT["name"])
+    return sorted(
+        module
+        for module, distributions in packages_distributions().items()
+        if light.isdisjoint(map(canonicalize_name, distributions))
+    )
+
+
+def run_light(*arguments, cwd):
+    return subprocess.run(
+        [sys.executable, "-c", _LIGHT, json.dumps(absent()), *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=cwd,
+        check=False,
+    )
+
+
+@pytest.fixture
+def design(tmp_path):
+    path = tmp_path / "design.json"
+    path.write_text(dumps(small_design())[0], encoding="utf-8")
+    return path
+
+
+def test_a_light_install_is_three_distributions_and_what_they_bring_along():
+    assert {canonicalize_name(Requirement(line).name) for line in PROJECT["dependencies"]} == {
+        "numpy",
+        "pymavlink",
+        "pyserial",
+    }
+    assert {"scipy", "control", "cvxpy", "clarabel", "matplotlib", "jinja2", "mavsdk", "rich"} <= set(absent())
+    assert not {"numpy", "pymavlink", "serial", "dob_companion"} & set(absent())
+
+
+def test_the_daemon_serves_without_any_extra(design, tmp_path):
+    link = f"udpin:127.0.0.1:{free_port()}"
+    finished = run_light("run", "--design", design, "--link", link, "--timeout", "0.2", "--json", cwd=tmp_path)
+    assert finished.returncode == 1
+    assert "no vehicle" in one_line(finished)
+    assert any("listening" in json.loads(line).get("event", "") for line in finished.stdout.splitlines())
+
+
+@pytest.mark.parametrize("command", ["run", "design", "inspect", "demo", "param", "status"])
+def test_help_needs_no_extra(command, tmp_path):
+    finished = run_light(command, "--help", cwd=tmp_path)
+    assert finished.returncode == 0, finished.stderr
+    assert "example:" in finished.stdout
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("design", "spec.toml", "-o", "out"),
+        ("inspect", "design.json"),
+        ("param", "list"),
+        ("status",),
+        ("demo", "-o", "out"),
+    ],
+)
+def test_a_command_of_another_wing_names_the_extra_that_brings_what_it_misses(arguments, design, tmp_path):
+    finished = run_light(*arguments, cwd=tmp_path)
+    assert finished.returncode == 2
+    complaint = re.fullmatch(
+        r"dob-companion: (\w+) is not installed: pip install 'dob-companion\[(\w+)\]'", one_line(finished)
+    )
+    missing, extra = complaint.groups()
+    assert canonicalize_name(packages_distributions()[missing][0]) in requirements(EXTRAS[extra])
+    assert not (tmp_path / "out").exists()
