@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.artifact import Certificate
+from dob_companion.artifact.flyable import GREATEST_COMMAND_LEAK
 from dob_companion.errors import NotCertifiedError
 from dob_companion.synthesis.loop import Loop, close_loop
 from dob_companion.synthesis.margins import (
@@ -42,7 +43,7 @@ def certify(problem: Problem, observer: Any, claim: Claim) -> Certificate:
     """Measure an observer D(z), inputs [y_n; u_e].
 
     Raises NotCertifiedError when the loop or the observer is unstable, D has a direct path from u_e,
-    the two ways to the norm disagree, or gamma exceeds backoff * gamma_star.
+    the two ways to the norm disagree, gamma exceeds backoff * gamma_star, or a command leaks into d_hat.
     """
     loop = close_loop(problem.plant, problem.controller, observer, problem.delays)
     radius, own = spectral_radius(loop.system.A), spectral_radius(observer.A)
@@ -54,6 +55,9 @@ def certify(problem: Problem, observer: Any, claim: Claim) -> Certificate:
             f"measured gamma {gamma:.7g}, expected at most {allowed:.7g} (gamma_backoff * gamma_star)"
         )
     hertz = 1.0 / (2.0 * np.pi * problem.dt)
+    leak = hinf_norm(loop.part("d_hat", "w_r"))[0]
+    if not leak <= GREATEST_COMMAND_LEAK:
+        raise NotCertifiedError(f"command leak {leak:.3g}, expected at most {GREATEST_COMMAND_LEAK:g}")
     return Certificate(
         gamma=gamma,
         gamma_star=claim.gamma_star,
@@ -62,7 +66,7 @@ def certify(problem: Problem, observer: Any, claim: Claim) -> Certificate:
         closed_loop_spectral_radius=radius,
         observer_spectral_radius=own,
         slowest_mode_s=-problem.dt / float(np.log(own)) if own > 0.0 else 0.0,
-        command_leak=hinf_norm(loop.part("d_hat", "w_r"))[0],
+        command_leak=leak,
         disk_margin=disk_margin(loop),
         delay_margin_samples=delay_margin(problem, observer),
         estimation_bandwidth_hz=bandwidth(complement(loop.part("d_hat", "d"))) * hertz,

@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-HIDDEN = 1e-8
-"""A state whose Hankel singular value is below this share of the largest is hidden."""
+HIDDEN = (1e-8, 1e-10, 1e-12, 0.0)
+"""Shares of the largest Hankel singular value below which a state counts as hidden, in order of trial."""
 
 
-def minimal(system: Any, tolerance: float = HIDDEN) -> Any:
+def minimal(system: Any, tolerance: float = HIDDEN[0]) -> Any:
     """The system without its hidden modes; the order is unchanged when there are none.
 
     Inputs and outputs are weighed alike whatever their units. States are returned balanced.
     """
     n = system.nstates
-    if n == 0:
+    if n == 0 or tolerance == 0.0:
         return system
     left, right, values = _balancing(system)
     keep = int(np.sum(values > tolerance * values[0])) if values[0] > 0 else 0
@@ -44,7 +44,7 @@ def balanced(system: Any) -> Any:
     return ct.ss(left @ system.A @ right, left @ system.B, system.C @ right, system.D, system.dt)
 
 
-def hidden_modes(system: Any, tolerance: float = HIDDEN) -> NDArray[np.complex128]:
+def hidden_modes(system: Any, tolerance: float = HIDDEN[0]) -> NDArray[np.complex128]:
     """Eigenvalues of A that do not appear in the transfer function."""
     poles = list(np.linalg.eigvals(system.A).astype(complex))
     for pole in np.linalg.eigvals(minimal(system, tolerance).A):

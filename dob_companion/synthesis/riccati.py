@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from dob_companion.synthesis.norms import hinf_norm
 from dob_companion.synthesis.plant import EstimationProblem
 
 Array = NDArray[np.float64]
@@ -59,21 +60,39 @@ def central_filter(problem: EstimationProblem, gamma: float) -> CentralFilter | 
 def bracket_gamma_star(problem: EstimationProblem, guess: float) -> tuple[float, float]:
     """(infeasible, feasible) levels around gamma*, BRACKET apart; `guess` only saves time.
 
+    The feasible end is measured: its central observer has a norm below it. Where rounding lets the algebra
+    call a level feasible that is not, the search is repeated with every feasible level measured.
+
     Raises ArithmeticError when no feasible level is found below 1e9 times the guess.
     """
+    low, high = _search(problem, guess, measured=False)
+    if not _is_reached(problem, high):
+        low, high = _search(problem, high, measured=True)
+    return low, high
+
+
+def _search(problem: EstimationProblem, guess: float, *, measured: bool) -> tuple[float, float]:
+    def feasible(gamma: float) -> bool:
+        return _is_reached(problem, gamma) if measured else central_filter(problem, gamma) is not None
+
     low, high, step = guess, guess, 1e-5
-    while central_filter(problem, high) is None:
+    while not feasible(high):
         low, high, step = high, high * (1.0 + step), min(8.0 * step, 10.0)
         if high > 1e9 * guess:
             raise ArithmeticError(f"the Riccati equation has no solution at any level up to {high:.3g}")
     if low == high:
         step = 1e-5
-        while (low := low / (1.0 + step)) > 1e-12 * guess and central_filter(problem, low) is not None:
+        while (low := low / (1.0 + step)) > 1e-12 * guess and feasible(low):
             high, step = low, min(8.0 * step, 10.0)
     while high > low * (1.0 + BRACKET):
         middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if central_filter(problem, middle) is None else (low, middle)
+        low, high = (low, middle) if feasible(middle) else (middle, high)
     return low, high
+
+
+def _is_reached(problem: EstimationProblem, gamma: float) -> bool:
+    found = central_filter(problem, gamma)
+    return found is not None and hinf_norm(problem.error_system(found.K, found.K_z))[0] <= gamma * (1.0 + BRACKET)
 
 
 def _is_positive(M: Array) -> bool:

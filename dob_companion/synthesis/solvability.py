@@ -129,9 +129,9 @@ def _require_stable_baseline(problem: Problem) -> None:
         raise UnsolvableError("baseline loop: plant and controller both answer at once and 1 + G C is singular")
     loop = close_loop(problem.plant, problem.controller, None, problem.delays)
     poles: NDArray[np.complex128] = np.linalg.eigvals(loop.system.A).astype(complex)
-    if np.any(np.abs(poles) >= 1.0):
+    if np.any(np.abs(poles) >= 1.0 - ON_CIRCLE):
         worst = complex(poles[np.argmax(np.abs(poles))])
         raise UnsolvableError(
-            f"baseline loop (controller and plant, observer off) is unstable: {describe(worst, problem.dt)}; "
+            f"baseline loop (controller and plant, observer off) is not stable: {describe(worst, problem.dt)}; "
             "an observer cannot repair it: check the signs of u = C (r - y_n) and the gain"
         )

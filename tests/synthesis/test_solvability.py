@@ -20,7 +20,7 @@ def refusal(plant=paper.PLANT, controller=paper.PID, W_d=paper.W_D, W_n=paper.W_
 
 def test_an_unstable_baseline_names_the_mode_and_its_growth():
     message = refusal(controller=paper.PID * -1.0)
-    assert re.search(r"baseline loop .* is unstable: mode z = 1\.\d+.* grows by a factor", message)
+    assert re.search(r"baseline loop .* is not stable: mode z = 1\.\d+.* grows by a factor", message)
 
 
 def test_a_plant_pole_beyond_the_rate_names_axis_and_pole():
