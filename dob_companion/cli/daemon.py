@@ -11,6 +11,7 @@ from pathlib import Path
 from dob_companion.artifact import DobDesign, check_flyable, loads
 from dob_companion.companion import Companion, CompanionConfig, Event, Status, parse_config
 from dob_companion.files import SettingsKeeper, read_text, recover_settings
+from dob_companion.files.recorder import FlightRecorder, Recording
 from dob_companion.mavlink import Severity
 from dob_companion.runtime import Notifier, open_link, parse_link_url, serve
 
@@ -19,11 +20,19 @@ RATE_HZ = 250.0
 
 
 def fly(
-    design_path: Path, link_url: str, *, config: Path | None, state: Path | None, timeout_s: float | None, as_json: bool
+    design_path: Path,
+    link_url: str,
+    *,
+    config: Path | None,
+    state: Path | None,
+    recording: Recording | None,
+    timeout_s: float | None,
+    as_json: bool,
 ) -> int:
     """Check the design, open the link, serve until told to stop. Returns the exit code."""
     design = load_flyable(design_path)
-    settings = parse_config(read_text(config), str(config)) if config else CompanionConfig()
+    text = read_text(config) if config else ""
+    settings = parse_config(text, str(config))
     if state is not None:
         settings = replace(settings, state_directory=str(state))
     url = parse_link_url(link_url)
@@ -40,6 +49,11 @@ def fly(
             notifier.alive(now, lambda: _in_words(companion.status()))
             keep(companion.parameters.written)
 
+        recorder = None
+        if recording is not None:
+            recorder = FlightRecorder(recording, companion, design, text, datagrams=url.datagrams)
+            leaving.callback(recorder.close)
+            show(Event.info(f"recording flight {recorder.flight} to {recording.directory}"))
         leaving.callback(notifier.stopping)
         code = serve(
             companion,
@@ -49,6 +63,7 @@ def fly(
             on_event=show,
             on_status=_status_as_json if as_json else None,
             on_turn=turn,
+            witness=recorder,
         )
     show(Event.info(_summary(companion.status())))
     return code

@@ -22,6 +22,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--profile", choices=PROFILES, default=PROFILES[0], help="where the inputs come from")
     parser.add_argument("--config", type=Path, metavar="FILE", help="TOML configuration")
     parser.add_argument("--state", type=Path, metavar="DIR", help="keep parameters written by the operator here")
+    parser.add_argument("--record", type=Path, metavar="DIR", help="record the flight here, trace and .tlog")
+    parser.add_argument("--record-mb", type=float, default=64.0, metavar="MB", help="size of a segment (%(default)g)")
+    parser.add_argument("--record-segments", type=int, default=16, metavar="N", help="segments kept (%(default)d)")
     parser.add_argument("--timeout", type=float, metavar="S", help="give up without a vehicle after S seconds")
     parser.add_argument("--json", action="store_true", help="events and status as JSON lines on stdout")
     parser.set_defaults(run=run)
@@ -30,5 +33,15 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until told to stop."""
     from dob_companion.cli.daemon import fly
+    from dob_companion.files.recorder import Recording
 
-    return fly(args.design, args.link, config=args.config, state=args.state, timeout_s=args.timeout, as_json=args.json)
+    recording = Recording(args.record, args.record_mb, args.record_segments) if args.record else None
+    return fly(
+        args.design,
+        args.link,
+        config=args.config,
+        state=args.state,
+        recording=recording,
+        timeout_s=args.timeout,
+        as_json=args.json,
+    )

@@ -11,8 +11,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from dob_companion.companion import Companion, Event, Status
+from dob_companion.companion.witness import Witness
 from dob_companion.errors import NoVehicleError
-from dob_companion.mavlink import ComputerLoad
+from dob_companion.mavlink import ComputerLoad, Severity
 from dob_companion.runtime.links import Link
 from dob_companion.runtime.priority import real_time
 
@@ -72,16 +73,18 @@ def serve(
     on_status: Callable[[Status], None] | None = None,
     status_every_s: float = 0.1,
     on_turn: Callable[[float], None] = lambda _: None,
+    witness: Witness | None = None,
 ) -> int:
     """Say `ready`, then serve one companion on one link until SIGTERM (returns 0) or Ctrl-C (returns 130).
 
     Both end with the fade and the zero of docs/interfaces.md. `on_turn` is called with the time in every turn of the
-    loop, several times a second at least, and must return at once. Raises NoVehicleError when `timeout_s` passes
-    without a vehicle's heartbeat.
+    loop, several times a second at least, and must return at once; `witness` is told of every call that changes the
+    companion. Raises NoVehicleError when `timeout_s` passes without a vehicle's heartbeat.
     """
     started = time.monotonic()
     give_up_at = started + timeout_s if timeout_s is not None else float("inf")
     next_status = next_load = started
+    witness = witness or Witness()
     with real_time() as scheduling, Stop().installed() as stop:
         on_event(Event.info(scheduling))
         on_event(Event.info(ready))  # only now does a signal end in a fade
@@ -90,21 +93,31 @@ def serve(
             on_turn(now)
             if stop.signal is not None:
                 companion.close(now)
+                witness.closing(now)
             if companion.vehicle is None and now >= give_up_at:
                 raise NoVehicleError(f"no vehicle was heard within {timeout_s:g} s")
             if now >= next_load:
                 companion.load, next_load = _load(now - started), now + _LOAD_EVERY_S
+                witness.loaded(companion.load)
             if on_status and now >= next_status:
                 on_status(companion.status())
                 next_status = now + status_every_s
-            _turn(companion, link, stop, min(next_status if on_status else now + LONGEST_WAIT_S, give_up_at))
+            woke = _turn(
+                companion, link, stop, witness, min(next_status if on_status else now + LONGEST_WAIT_S, give_up_at)
+            )
+            took = time.monotonic() - woke
             for event in companion.events():
                 on_event(event)
+            if trouble := witness.turned(companion, woke, took):
+                on_event(Event(Severity.WARNING, trouble))
     return EXIT_INTERRUPTED if stop.signal == signal.SIGINT else 0
 
 
-def _turn(companion: Companion, link: Link, stop: Stop, until: float) -> None:
-    """Wait for the link, a signal or a deadline; then let the companion work and send what it says."""
+def _turn(companion: Companion, link: Link, stop: Stop, witness: Witness, until: float) -> float:
+    """Wait for the link, a signal or a deadline; then let the companion work and send what it says.
+
+    Returns when the wait ended.
+    """
     now = time.monotonic()
     wait = max(0.0, min(companion.next_deadline(), until, now + LONGEST_WAIT_S) - now)
     waited = [end for end in (link, stop) if end.fileno() >= 0]
@@ -115,14 +128,18 @@ def _turn(companion: Companion, link: Link, stop: Stop, until: float) -> None:
     if link in ready:
         for data in itertools.islice(iter(link.read, None), MOST_READS):
             companion.receive(data, now)
-            _flush(companion, link)
+            witness.received(data, now)
+            _flush(companion, link, witness)
     companion.advance(now)
-    _flush(companion, link)
+    witness.advanced(now)
+    _flush(companion, link, witness)
+    return now
 
 
-def _flush(companion: Companion, link: Link) -> None:
+def _flush(companion: Companion, link: Link, witness: Witness) -> None:
     for message in companion.bytes_to_send():
         link.write(message)
+        witness.said(message)
 
 
 def _load(uptime_s: float) -> ComputerLoad:

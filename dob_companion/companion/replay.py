@@ -1,0 +1,152 @@
+"""A recorded flight once more: the same calls to a companion built anew must give the same bytes.
+
+`Replay` listens to a recording (`files.playback` calls its methods) and compares every message that was said with the
+one that is computed now, and every checkpoint with the state reached by computing from the one before.
+"""
+
+from collections import deque
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from dob_companion.artifact import DobDesign, loads
+from dob_companion.companion.config import parse_config
+from dob_companion.companion.core import Companion
+from dob_companion.companion.snapshot import SnapshotError, Snapshots, difference, restore
+from dob_companion.errors import InputError
+from dob_companion.mavlink import ComputerLoad
+from dob_companion.mavlink.spoken import Correction, SpokenReader
+
+
+class Origin(Protocol):
+    """What a segment says of the companion: texts of design and configuration, and the kind of its link."""
+
+    @property
+    def design(self) -> str:
+        """Text of the design.json."""
+
+    @property
+    def config(self) -> str:
+        """Text of the configuration."""
+
+    @property
+    def datagrams(self) -> bool:
+        """Whether the link delivered whole datagrams."""
+
+
+class Replay:
+    """Counts what was compared; `difference` names the first thing that was not the same, "" while there is none.
+
+    With `expected`, a recording of another design raises InputError. What follows a difference is not compared: it
+    follows from it.
+    """
+
+    def __init__(self, expected: DobDesign | None = None) -> None:
+        self.turns = self.messages = self.corrections = self.checkpoints = self.lost_turns = 0
+        self.difference = ""
+        self._expected = expected
+        self._spoken = SpokenReader()
+        self._build: tuple[str, str, bool] | None = None
+        self._companion: Companion | None = None
+        self._due: deque[bytes] = deque()
+        self._time = 0.0
+
+    def began(self, segment: Origin) -> None:
+        """A segment begins."""
+        build = (segment.design, segment.config, segment.datagrams)
+        if self._build == build:
+            return
+        self._companion, self._build = None, build
+        self._design = loads(segment.design, "the recorded design")
+        self._config = parse_config(segment.config, "the recorded configuration")
+        expected = self._expected.sha256 if self._expected else self._design.sha256
+        if expected != self._design.sha256:
+            raise InputError(f"the flight was flown with design {self._design.sha256[:8]}, not with {expected[:8]}")
+        self._snapshots = Snapshots(self._newborn())
+
+    def checkpoint(self, state: Mapping[str, Any]) -> None:
+        """The recorded state: where to begin, or a proof that the computed one is the same."""
+        if self.difference:
+            return
+        self._nothing_due("a checkpoint")
+        if self._companion is not None:
+            self.checkpoints += 1
+            path = difference(state, self._snapshots.take(self._companion))
+            if path:
+                self._differs(f"state {path} is not what was recorded")
+            return
+        companion = self._newborn()
+        try:
+            restore(companion, state)
+        except SnapshotError as problem:
+            raise InputError(f"the recording does not fit this version of the program: {problem}") from None
+        self._companion = companion
+
+    def lost(self, turns: int) -> None:
+        """What follows does not continue what came before."""
+        self.lost_turns += turns
+        self._companion = None
+        self._due.clear()
+
+    def received(self, data: bytes, now: float) -> None:
+        """Bytes came from the link."""
+        companion = self._next("bytes from the link", now)
+        if companion:
+            companion.receive(data, now)
+            self._due.extend(companion.bytes_to_send())
+
+    def advanced(self, now: float) -> None:
+        """Time has passed."""
+        companion = self._next("time passing", now)
+        if companion:
+            companion.advance(now)
+            self._due.extend(companion.bytes_to_send())
+
+    def closing(self, now: float) -> None:
+        """The companion was told to leave."""
+        companion = self._next("the order to leave", now)
+        if companion:
+            companion.close(now)
+
+    def loaded(self, load: tuple[int, int, int]) -> None:
+        """It was told how its computer does."""
+        if self._companion:
+            self._companion.load = ComputerLoad(*load)
+
+    def said(self, message: bytes) -> None:
+        """It answered to the call before."""
+        if self._companion is None or self.difference:
+            return
+        self.messages += 1
+        self.corrections += isinstance(self._spoken.read(message), Correction)
+        computed = self._due.popleft() if self._due else b""
+        if computed != message:
+            self._differs(f"recorded {self._words(message)}, computed {self._words(computed)}")
+
+    def turned(self, now: float, took_s: float) -> None:  # noqa: ARG002
+        """A turn of the loop is over: its events were taken."""
+        if self._companion and not self.difference:
+            self._nothing_due("the end of the turn")
+            self._companion.events()
+            self.turns += 1
+
+    def _newborn(self) -> Companion:
+        _, _, datagrams = self._build or ("", "", True)
+        return Companion(self._design, self._config, datagrams=datagrams)
+
+    def _next(self, what: str, now: float) -> Companion | None:
+        """The companion to call, unless there is none or the comparison is over."""
+        self._time = now
+        if self.difference or self._companion is None:
+            return None
+        self._nothing_due(what)
+        return None if self.difference else self._companion
+
+    def _nothing_due(self, before: str) -> None:
+        if self._due and not self.difference:
+            self._differs(f"computed {self._words(self._due[0])} before {before}, where nothing was recorded")
+
+    def _differs(self, what: str) -> None:
+        self.difference = f"turn {self.turns + 1}, t = {self._time:.6f} s: {what}"
+
+    def _words(self, message: bytes) -> str:
+        return repr(self._spoken.read(message) or message.hex()) if message else "nothing"

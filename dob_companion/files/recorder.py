@@ -1,0 +1,189 @@
+"""The flight recorder as the loop sees it: a few bytes into a pipe each turn, never a wait, never an exception.
+
+What the loop hands over goes to the scribe (`files/scribe.py`), a process of its own. When the pipe is full, turns are
+dropped and counted, and recording begins again with a checkpoint.
+"""
+
+import contextlib
+import errno
+import os
+import platform
+import time
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dob_companion import __version__
+from dob_companion.artifact import DobDesign, dumps
+from dob_companion.companion import Companion, parse_config
+from dob_companion.companion.snapshot import Snapshots
+from dob_companion.companion.witness import Witness
+from dob_companion.errors import InputError
+from dob_companion.files.atomic import make_directory
+from dob_companion.files.pipe import ScribePipe
+from dob_companion.files.segments import SegmentName, next_flight
+from dob_companion.files.trace import SCHEMA, Kind, count_item, frame, item, json_item, time_item
+from dob_companion.mavlink import ComputerLoad
+
+CHECKPOINT_S = 20.0
+"""Time between two checkpoints: how long an interrupted recording may wait until it goes on."""
+
+CHECKPOINT_BYTES = 4 << 20
+"""A checkpoint also comes after so much: segments end at checkpoints only, and no flood must make one grow."""
+
+RETRY_S = 1.0
+"""Time after which a full pipe is tried again."""
+
+_PATIENCE_S = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """Where to record, and how much to keep: `segments` of `segment_mb` megabytes, trace and .tlog together.
+
+    Raises InputError for sizes that cannot be kept.
+    """
+
+    directory: Path
+    segment_mb: float = 64.0
+    segments: int = 16
+
+    def __post_init__(self) -> None:
+        if not 0.1 <= self.segment_mb <= 1e6:
+            raise InputError(f"size of a segment is {self.segment_mb:g} MB, expected 0.1 to 1e6")
+        if self.segments < 2:
+            raise InputError(f"number of segments is {self.segments}, expected 2 or more: one is being written")
+
+
+class FlightRecorder(Witness):
+    """Records one companion from now on; the loop calls the methods of a Witness.
+
+    `config_text` is the configuration that the companion was built from. Raises InputError, one line, when the
+    directory cannot be written.
+    """
+
+    def __init__(
+        self, recording: Recording, companion: Companion, design: DobDesign, config_text: str, *, datagrams: bool
+    ) -> None:
+        newborn = Companion(design, parse_config(config_text, "configuration"), datagrams=datagrams)
+        self._snapshots = Snapshots(newborn)
+        self.flight = _claim(recording.directory)
+        self.lost = 0
+        self._missing = 0
+        self._items: list[bytes] = []
+        self._now: float | None = None
+        self._since = 0
+        self._due_at = time.monotonic() + CHECKPOINT_S
+        self._trouble = ""
+        size = round(1e6 * recording.segment_mb)
+        self._pipe = ScribePipe([str(recording.directory), str(self.flight), str(size), str(recording.segments)])
+        self._pipe.send(frame([json_item(Kind.HEADER, _header(design, config_text, datagrams, self.flight))]))
+        self._pipe.send(frame([json_item(Kind.CHECKPOINT, self._snapshots.take(companion))]))
+
+    @property
+    def scribe(self) -> int:
+        """Process id of the scribe."""
+        return self._pipe.pid
+
+    def received(self, data: bytes, now: float) -> None:
+        """Bytes came from the link."""
+        self._at(now)
+        self._items.append(item(Kind.RECEIVED, data))
+
+    def advanced(self, now: float) -> None:
+        """Time has passed."""
+        self._at(now)
+        self._items.append(item(Kind.ADVANCED))
+
+    def closing(self, now: float) -> None:
+        """The companion was told to leave."""
+        self._at(now)
+        self._items.append(item(Kind.CLOSING))
+
+    def loaded(self, load: ComputerLoad) -> None:
+        """The companion was told how this computer does."""
+        self._items.append(json_item(Kind.LOAD, [load.uptime_ms, load.ram_usage_mib, load.ram_total_mib]))
+
+    def said(self, message: bytes) -> None:
+        """The companion answered."""
+        self._items.append(item(Kind.SAID, message))
+
+    def turned(self, companion: Companion, now: float, took_s: float) -> str:
+        """A turn of the loop is over, `took_s` after it woke: hand it over. Returns a new trouble in words, or ""."""
+        self._items.append(time_item(Kind.TOOK, took_s))
+        turn = frame(self._items)
+        self._items.clear()
+        self._now = None
+        self._since += len(turn)
+        if self._missing or not self._pipe.send(turn):
+            self._lose(now)
+        if not self._pipe.broken and (now >= self._due_at or (self._since > CHECKPOINT_BYTES and not self._missing)):
+            self._checkpoint(companion, now)
+        trouble, self._trouble = self._trouble, ""
+        return trouble
+
+    def close(self) -> None:
+        """Hand over what is left and let the scribe end. Waits for a few seconds at most."""
+        if self._missing:
+            self._pipe.send(frame([count_item(self._missing)]))
+        self._pipe.close(_PATIENCE_S)
+
+    def _at(self, now: float) -> None:
+        if now != self._now:
+            self._now = now
+            self._items.append(time_item(Kind.TIME, now))
+
+    def _lose(self, now: float) -> None:
+        if not self.lost:
+            why = "the recorder's process has ended" if self._pipe.broken else "the disk does not keep up"
+            self._trouble = f"recorder: {why}, turns are lost"
+        if not self._missing:
+            self._due_at = now + RETRY_S
+        self._missing += 1
+        self.lost += 1
+
+    def _checkpoint(self, companion: Companion, now: float) -> None:
+        """Costs a millisecond or two, after the turn's answers have left."""
+        self._due_at, self._since = now + (RETRY_S if self._missing else CHECKPOINT_S), 0
+        try:
+            checkpoint = frame([json_item(Kind.CHECKPOINT, self._snapshots.take(companion))])
+        except Exception as problem:  # a recorder that errs may cost the record, never the flight
+            self._trouble = f"recorder: no checkpoint: {problem}"
+            return
+        lost = frame([count_item(self._missing)]) if self._missing else b""
+        if self._pipe.send(lost + checkpoint):
+            self._missing, self._due_at = 0, now + CHECKPOINT_S
+
+
+def _header(design: DobDesign, config_text: str, datagrams: bool, flight: int) -> dict[str, Any]:
+    return {
+        "schema": SCHEMA,
+        "generator": f"dob-companion {__version__}",
+        "machine": f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}",
+        "started": datetime.now(UTC).isoformat(timespec="milliseconds"),
+        "unix_offset": time.time() - time.monotonic(),
+        "flight": flight,
+        "datagrams": datagrams,
+        "config": config_text,
+        "design": dumps(design)[0],
+    }
+
+
+def _claim(directory: Path) -> int:
+    """The number of this flight, reserved by its first file. A disk that is full now may have room later."""
+    make_directory(directory)
+    while True:
+        try:
+            name = SegmentName(directory, next_flight(directory), 0)
+            os.close(os.open(name.trace, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644))
+        except FileExistsError:  # another daemon was quicker
+            continue
+        except OSError as problem:
+            if problem.errno in (errno.ENOSPC, errno.EDQUOT):
+                with contextlib.suppress(OSError):
+                    return next_flight(directory)
+            raise InputError(f"{directory}: cannot be recorded to: {problem.strerror}") from None
+        return name.flight

@@ -1,0 +1,59 @@
+"""The recorder of a real daemon, broken on purpose: killed in flight, no room on the disk, nowhere to write."""
+
+import json
+import os
+import signal
+import time
+
+import pytest
+from pymavlink import mavutil
+
+from dob_companion.artifact import dumps
+from dob_companion.files.segments import segments_in
+from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, free_port, run_cli
+from tests.companion.aircraft import small_design
+
+
+@pytest.fixture
+def design(tmp_path):
+    path = tmp_path / "design.json"
+    path.write_text(dumps(small_design())[0])
+    return path
+
+
+def wait_until(holds):
+    deadline = time.monotonic() + PATIENCE_S
+    while not holds():
+        assert time.monotonic() < deadline, "waited in vain"
+        os.sched_yield()
+
+
+def replayed(directory):
+    finished = run_cli("replay", directory, "--json")
+    return finished.returncode, json.loads(finished.stdout)
+
+
+def messages(path, kind):
+    log = mavutil.mavlink_connection(str(path))
+    found = []
+    while (m := log.recv_match(type=kind)) is not None:
+        found.append(m)
+    return found
+
+
+def test_after_kill_9_every_answer_that_the_vehicle_got_is_in_trace_and_tlog(design, tmp_path):
+    flights, port = tmp_path / "flights", free_port()
+    with daemon(design, port, "--record", flights) as process, UdpVehicle(port) as vehicle:
+        answers = vehicle.activate().fly(50)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    (segment,) = segments_in(flights)
+    wait_until(lambda: messages(segment.tlog, "DEBUG_VECT")[-1].time_usec == answers[-1].time_usec)
+    code, found = replayed(flights)
+    assert code == 0
+    assert found["identical"]
+    assert found["corrections"] == vehicle.sample
+    logged = messages(segment.tlog, "DEBUG_VECT")
+    heard = [m for m in vehicle.said if m.get_type() == "DEBUG_VECT"]
+    assert [m.get_msgbuf() for m in logged] == [m.get_msgbuf() for m in heard]
+    assert len(messages(segment.tlog, "HIGHRES_IMU")) == vehicle.sample
