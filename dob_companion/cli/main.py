@@ -6,10 +6,10 @@ import sys
 from collections.abc import Sequence
 
 from dob_companion import __version__
-from dob_companion.cli import demo, design, inspect, param, run, status
+from dob_companion.cli import compare, demo, design, inspect, param, replay, run, status
 from dob_companion.errors import DobError, InputError
 
-COMMANDS = (demo, design, inspect, run, param, status)
+COMMANDS = (demo, design, inspect, compare, run, param, status, replay)
 EXIT_INTERRUPTED = 130
 
 _EXTRA_OF = {"cvxpy": "design", "clarabel": "design", "control": "design", "scipy": "design", "matplotlib": "design"}

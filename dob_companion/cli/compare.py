@@ -1,0 +1,70 @@
+"""`dob-companion compare`: the design beside other observers, on the same plant, link and weather."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from dob_companion.errors import InputError
+from dob_companion.files import make_directory, read_text, write_text
+
+MOST_SEEDS = 1000
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add `compare` to the command line."""
+    parser = subparsers.add_parser(
+        "compare",
+        help="other observers on the same plant and disturbances",
+        description="Design the spec's observer and six others (none, conventional, open-loop H-infinity, Kalman, "
+        "extended-state, INDI), all tuned by one rule, and fly them through the same disturbances.",
+        epilog="example: dob-companion compare examples/tailsitter_paper.toml -o my-comparison",
+    )
+    parser.add_argument("spec", type=Path, metavar="SPEC.toml", help="the design spec, single-axis blocks")
+    parser.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="also write comparison.json, comparison.html, comparison.png"
+    )
+    parser.add_argument("--json", action="store_true", help="print comparison.json instead of the table")
+    parser.add_argument("--seeds", type=int, default=20, metavar="N", help="flights of each observer (%(default)s)")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Design, compare, print; write when asked to."""
+    from dob_companion.comparison import compare, comparison_object, comparison_table
+    from dob_companion.comparison.table import RULE
+    from dob_companion.synthesis import design_from_toml
+
+    if not 1 <= args.seeds <= MOST_SEEDS:
+        raise InputError(f"--seeds is {args.seeds}, expected 1 to {MOST_SEEDS}")
+    text = read_text(args.spec)
+    if args.out:
+        make_directory(args.out)
+    try:
+        _progress("designing")
+        axes = compare(design_from_toml(text, str(args.spec)), args.seeds, str(args.spec), _progress)
+    finally:
+        _progress("")
+    found = json.dumps(comparison_object(axes), ensure_ascii=False, indent=1)
+    print(found if args.json else "\n\n".join([*map(comparison_table, axes), RULE]))
+    if args.out:
+        _write(args.out, found, axes, args.spec.name)
+        if not args.json:
+            print(f"\nwritten: {', '.join(str(args.out / f'comparison.{kind}') for kind in ('json', 'html', 'png'))}")
+    return 0
+
+
+def _write(out: Path, found: str, axes: Any, title: str) -> None:
+    from dob_companion.files import write_bytes
+    from dob_companion.report.comparison_page import comparison_page, comparison_png
+
+    write_text(out / "comparison.json", found + "\n")
+    write_text(out / "comparison.html", comparison_page(axes, title))
+    write_bytes(out / "comparison.png", comparison_png(axes[0]))
+
+
+def _progress(text: str) -> None:
+    """What is at work, on one line of a terminal that the next replaces; nothing in a pipe."""
+    if sys.stderr.isatty():
+        print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
