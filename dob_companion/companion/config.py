@@ -9,8 +9,10 @@ from typing import Any
 from dob_companion.companion.parameters import PARAMETERS, fits
 from dob_companion.errors import ConfigError
 from dob_companion.mavlink import CORRECTION_MESSAGES
+from dob_companion.supervisor import RegimeLimits
 
-KEYS = ("system", "correction_message", "parameters", "state_directory")
+KEYS = ("system", "correction_message", "parameters", "state_directory", "regime")
+REGIME_KEYS = ("throttle_floor", "kill_channel", "kill_above")
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,12 +23,14 @@ class CompanionConfig:
     correction_message  which message carries the correction
     parameters          start values that differ from the table's defaults
     state_directory     where the operator's settings are kept; None keeps nothing
+    regime              when the aircraft counts as flying, and the kill switch
     """
 
     system: int | None = None
     correction_message: str = CORRECTION_MESSAGES[0]
     parameters: Mapping[str, float] = field(default_factory=dict)
     state_directory: str | None = None
+    regime: RegimeLimits = field(default_factory=RegimeLimits)
 
 
 def parse_config(text: str, source: str) -> CompanionConfig:
@@ -45,7 +49,23 @@ def parse_config(text: str, source: str) -> CompanionConfig:
     state = table.get("state_directory")
     if state is not None and not (isinstance(state, str) and state):
         raise ConfigError(f"{source}: state_directory is {state!r}, expected a path")
-    return CompanionConfig(system, message, _parameters(source, table.get("parameters", {})), state)
+    return CompanionConfig(
+        system, message, _parameters(source, table.get("parameters", {})), state, _regime(source, table)
+    )
+
+
+def _regime(source: str, table: Mapping[str, Any]) -> RegimeLimits:
+    regime = table.get("regime", {})
+    if not isinstance(regime, dict):
+        raise ConfigError(f"{source}: regime: expected a table")
+    _known(source, "regime.", regime, REGIME_KEYS)
+    limits = {"throttle_floor": (0.0, 1.0, False), "kill_channel": (0, 18, True), "kill_above": (800, 2200, True)}
+    for key, value in regime.items():
+        low, high, whole = limits[key]
+        if isinstance(value, bool) or not isinstance(value, int if whole else int | float) or not low <= value <= high:
+            kind = "a whole number" if whole else "a number"
+            raise ConfigError(f"{source}: regime.{key} is {value!r}, expected {kind} from {low:g} to {high:g}")
+    return RegimeLimits(**regime)
 
 
 def _parameters(source: str, table: Any) -> dict[str, float]:

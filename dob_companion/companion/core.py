@@ -19,19 +19,26 @@ from dob_companion.companion.operator import Operator
 from dob_companion.companion.parameters import Parameters
 from dob_companion.companion.streams import StreamRequests
 from dob_companion.mavlink import (
+    AUTOPILOT,
     AppliedMoment,
     Codec,
     CommandAck,
     CommandForUs,
     ComputerLoad,
+    CorrectionHeard,
     Fact,
+    FlightState,
     GyroSample,
     Heartbeat,
     ParamRead,
     ParamWrite,
+    RcChannels,
+    Sender,
     Severity,
     Speaker,
+    StreamRequest,
     TimesyncRequest,
+    rc_stream,
     sitl_streams,
 )
 from dob_companion.supervisor import State
@@ -60,9 +67,13 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """A picture of the moment. Moments in normalized torque, hover axes; rate in Hz; delay in samples."""
+    """A picture of the moment. `why` says what speaks against injecting, "" when nothing does.
+
+    Moments in normalized torque, hover axes; rate in Hz; delay in samples.
+    """
 
     state: State
+    why: str
     rate_hz: float
     delay_samples: int
     d_hat: tuple[float, float, float]
@@ -86,13 +97,13 @@ class Companion:
     ) -> None:
         config = config or CompanionConfig()
         self.parameters = Parameters(config.parameters)
-        self.loop = DobLoop(design, self.parameters)
+        self.loop = DobLoop(design, self.parameters, config.regime)
         self.load = ComputerLoad()
         self.closed = False
         self._speaker = Speaker(config.correction_message)
         self._codec = Codec(datagrams=datagrams)
         self._operator = Operator(self.parameters, self._speaker)
-        self._streams = StreamRequests(sitl_streams(design.dt))
+        self._streams = StreamRequests(_wanted_streams(design, config))
         self._wanted_system = config.system
         self._greeting = f"dob-companion {__version__} design {design.sha256[:8]}"
         self._out: list[bytes] = []
@@ -163,6 +174,7 @@ class Companion:
         loop, counters = self.loop, self.loop.samples.counters
         return Status(
             loop.state,
+            loop.why,
             loop.gate.rate.hz,
             loop.gate.delay_median,
             (float(loop.d_hat[0]), float(loop.d_hat[1]), float(loop.d_hat[2])),
@@ -185,6 +197,12 @@ class Companion:
                 self.loop.moment(fact)
             case Heartbeat():
                 self._heartbeat(fact, now)
+            case FlightState():
+                self.loop.watch.flight_state(fact)
+            case RcChannels():
+                self.loop.watch.regime.rc_channels(fact.pulses_us)
+            case CorrectionHeard():
+                self._correction_heard(fact)
             case ParamWrite() | ParamRead():
                 self._out.extend(self._operator.answer(fact))
                 self.loop.operator_wrote()
@@ -198,7 +216,7 @@ class Companion:
 
     def _gyro(self, sample: GyroSample, now: float) -> None:
         repeat = sample.stamp_us == self.loop.samples.newest_us
-        answer = self.loop.gyro(sample)
+        answer = self.loop.gyro(sample, now)
         if answer is None:
             return
         self._heard_gyro, self._blind_since = now, None
@@ -216,13 +234,27 @@ class Companion:
             self._out.append(self._speaker.telemetry(stamp_us, values))
 
     def _heartbeat(self, beat: Heartbeat, now: float) -> None:
-        ours = self._wanted_system in (None, beat.system)
-        if self.vehicle is not None or not beat.autopilot or not ours:
+        if not beat.autopilot:
             return
-        self._codec.system = self._speaker.system = beat.system
+        if self.vehicle is None and self._wanted_system in (None, beat.system):
+            self._meet(beat.system, now)
+        if beat.system == self.vehicle:
+            self.loop.watch.regime.heartbeat(beat.armed, now)
+        elif self.vehicle is not None:
+            self.loop.watch.regime.stranger(beat.system, beat.component)
+
+    def _meet(self, system: int, now: float) -> None:
+        self._codec.system = self._speaker.system = system
         self._streams.start(now)
         self._say(Severity.INFO, self._greeting)
-        self._events.append(Event.info(f"vehicle heard: system {beat.system}"))
+        self._events.append(Event.info(f"vehicle heard: system {system}"))
+
+    def _correction_heard(self, heard: CorrectionHeard) -> None:
+        """Some autopilots send our own correction back; anybody else's means that two are at work."""
+        if heard.sender == Sender(self._speaker.system, AUTOPILOT):
+            return
+        if not self.loop.watch.echo.ours(heard.stamp_us, heard.correction):
+            self.loop.watch.regime.stranger(heard.sender.system, heard.sender.component)
 
     def _acknowledged(self, ack: CommandAck, now: float) -> None:
         request = self._streams.answered(ack, now)
@@ -279,3 +311,8 @@ class Companion:
     def _say(self, severity: Severity, text: str) -> None:
         self._out.append(self._speaker.text(severity, text))
         self._events.append(Event(severity, text))
+
+
+def _wanted_streams(design: DobDesign, config: CompanionConfig) -> tuple[StreamRequest, ...]:
+    kill_switch = (rc_stream(),) if config.regime.kill_channel else ()
+    return sitl_streams(design.dt) + kill_switch

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.parameters import Parameters
 from dob_companion.companion.samples import Arrival, Samples
+from dob_companion.companion.watch import Watch
 from dob_companion.mavlink import AppliedMoment, GyroSample
 from dob_companion.observer import ObserverBank
-from dob_companion.supervisor import Conditions, CorrectionShaper, LinkGate, State, Supervisor, Transition
+from dob_companion.supervisor import Conditions, CorrectionShaper, LinkGate, RegimeLimits, State, Supervisor, Transition
 
 Vector = NDArray[np.float64]
 
@@ -44,13 +45,14 @@ class DobLoop:
     collects changes of state until they are taken with `take_transitions`.
     """
 
-    def __init__(self, design: DobDesign, parameters: Parameters) -> None:
+    def __init__(self, design: DobDesign, parameters: Parameters, limits: RegimeLimits | None = None) -> None:
         slowest = max(block.certificate.slowest_mode_s for block in design.blocks)
         delay = min(block.delay_samples for block in design.blocks)
         p95 = min(block.delay_samples + block.certificate.delay_margin_samples for block in design.blocks)
         self.dt = design.dt
         self.gate = LinkGate(1.0 / design.dt, delay, p95 - delay)
         self.samples = Samples(design.dt)
+        self.watch = Watch(design, limits or RegimeLimits())
         self.supervisor = Supervisor()
         self.shaper = CorrectionShaper(self._mask(parameters), parameters["DOB_GAIN"], parameters["DOB_LIMIT"])
         self.d_hat: Vector = np.zeros(3)
@@ -63,12 +65,18 @@ class DobLoop:
         self._fault = ""
         self._data_why = "no samples yet"
         self._samples = 0
+        self._now = float("-inf")
         self._transitions: list[Transition] = []
 
     @property
     def state(self) -> State:
         """What the supervisor does now."""
         return self.supervisor.state
+
+    @property
+    def why(self) -> str:
+        """What speaks against injecting, in words; "" when nothing does."""
+        return next(filter(None, self._reasons().values()), "")
 
     @property
     def injecting(self) -> bool:
@@ -80,13 +88,16 @@ class DobLoop:
         taken, self._transitions = self._transitions, []
         return taken
 
-    def gyro(self, sample: GyroSample) -> Answer | None:
-        """Answer a gyro sample; None when it is late and nothing is to be said."""
+    def gyro(self, sample: GyroSample, now: float) -> Answer | None:
+        """Answer a gyro sample; None when it is late and nothing is to be said. `now` (wall, s) ages heartbeats."""
+        self._now = now
+        known = self.samples.known(sample.stamp_us)
+        if known:  # a repeat is answered as before, a late one not at all
+            return self.answer if known is Arrival.REPEAT else None
         if not all(map(math.isfinite, sample.rates)):
+            self.samples.spoil_gyro(sample.stamp_us)
             return self._spoiled(sample.stamp_us, "gyro rate not finite")
         arrived = self.samples.gyro(sample.stamp_us, np.array(sample.rates))
-        if arrived.rates is None:  # nothing new: a repeat is answered as before, a late one not at all
-            return self.answer if arrived.arrival is Arrival.REPEAT else None
         if arrived.arrival is Arrival.RESTART:
             self.gate.clear()
             self._start_anew("vehicle clock jumped back")
@@ -94,21 +105,27 @@ class DobLoop:
             self._start_anew("gap in samples" if self.answer else "observer settling")
         for inputs in arrived.finished:
             self._observer.advance(inputs.rates, inputs.moment)
-        self.d_hat = self._observer.estimate(arrived.rates)
-        if not np.all(np.isfinite(self.d_hat)):
+        self.watch.finished(arrived.finished)
+        estimate = self._observer.estimate(arrived.rates)
+        if not np.all(np.isfinite(estimate)):
             return self._spoiled(sample.stamp_us, "estimate not finite")
+        self.d_hat = estimate
         self._settled += 1
+        if self._data_good:
+            self._latch(self.watch.bounds.broken(estimate))
         self._measure(sample.stamp_us)
         self.answer = self._reply(sample.stamp_us)
+        self.watch.echo.sent(sample.stamp_us, self.answer.correction)
         return self.answer
 
     def moment(self, applied: AppliedMoment) -> None:
         """Take the applied moment of a sample, whose step it completes, and the age of our part in it."""
         if not all(map(math.isfinite, applied.moment)):
-            self._fail("applied moment not finite", applied.stamp_us)
+            self._fail("applied moment not finite")
             return
         if self.samples.moment(applied.stamp_us, np.array(applied.moment)):
             self.gate.delay.add(applied.stamp_us, applied.age_samples)
+            self._latch(self.watch.applied(applied))
 
     def operator_wrote(self) -> None:
         """A parameter has changed: an "off" clears a fault, and the state follows even when no samples come."""
@@ -139,23 +156,33 @@ class DobLoop:
             self._parameters["DOB_LIMIT"],
             step,
         )
-        roll, pitch, yaw = (self.shaper.shape(self.d_hat) if self._data_good else self.shaper.hold()).tolist()
+        trusted = self._data_good and not self._fault
+        roll, pitch, yaw = (self.shaper.shape(self.d_hat) if trusted else self.shaper.hold()).tolist()
         return Answer(stamp_us, (roll, pitch, yaw))
 
     def _judge(self) -> None:
+        reasons = self._reasons()
         conditions = Conditions(
             wish=self._wish,
-            fault=bool(self._fault),
-            data=self._data_good,
-            link=self.gate.good,
+            **{name: not reason for name, reason in reasons.items()} | {"fault": bool(self._fault)},
             faded_in=self.shaper.f == 1.0,
             faded_out=self.shaper.f == 0.0,
-            why=self._fault or ("" if self._data_good else self._data_why) or self.gate.why,
+            why=self.why,
         )
         change = self.supervisor.judge(conditions)
         if change:
             self._transitions.append(change)
             self._parameters.publish_state(self.state)
+
+    def _reasons(self) -> dict[str, str]:
+        """What speaks against injecting, by the condition that it breaks, the gravest first; "" for nothing."""
+        return {
+            "fault": self._fault,
+            "data": "" if self._data_good else self._data_why,
+            "link": "" if self.gate.good else self.gate.why,
+            "flight": self.watch.regime.why_not(self._now),
+            "model": self.watch.model_why,
+        }
 
     @property
     def _wish(self) -> bool:
@@ -170,24 +197,30 @@ class DobLoop:
         self._samples += 1
         if self._samples % JUDGE_EVERY == 0:
             self.gate.judge(stamp_us)
+            self._latch(self.watch.judge(self.injecting))
+
+    def _latch(self, fault: str) -> None:
+        """A fault matters, and stays, when the operator wants to inject."""
+        if fault and self._wish and not self._fault:
+            self._fault = fault
 
     def _start_anew(self, why: str) -> None:
         self._observer.reset()
+        self.watch.start_anew()
         self._settled, self._data_why = 0, why
 
     def _spoiled(self, stamp_us: int, why: str) -> Answer:
-        self._fail(why, stamp_us)
+        self._fail(why)
         self.answer = self._reply(stamp_us)
         return self.answer
 
-    def _fail(self, why: str, stamp_us: int) -> None:
+    def _fail(self, why: str) -> None:
         """Something is not finite: zero at once, forget everything, latch a fault if it mattered."""
         self.shaper.drop()
         self._start_anew(why)
-        self.samples.spoil(stamp_us)
+        self.samples.spoil()
         self.d_hat = np.zeros(3)
-        if self._wish:
-            self._fault = why
+        self._latch(why)
 
     @staticmethod
     def _mask(parameters: Parameters) -> tuple[bool, bool, bool]:

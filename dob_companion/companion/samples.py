@@ -1,7 +1,7 @@
 """Stamped arrivals to a gapless sequence of samples at the design's rate.
 
 The observer is a discrete system of one dt. Autopilots stamp at 4.0 ms if all is well, in steps like 2.5, 5.0, 2.5 ms
-if their loop runs at 400 Hz, and links lose messages. So the observer lives on a grid of its own on the vehicle's clock:
+if their loop runs at 400 Hz, and links lose messages. So the observer has a grid of its own on the vehicle's clock:
 
 * the rate at a grid point is the line between the two gyro samples around it (the error is of second order in dt);
 * the moment of a grid interval is the mean of what acted in it: u_e of stamp t acts from t until the next stamp,
@@ -75,8 +75,8 @@ class Arrived:
     """A gyro sample taken in: what it is, the intervals that it completes, and the rates at the newest grid point."""
 
     arrival: Arrival
-    finished: tuple[Inputs, ...] = ()
-    rates: Vector | None = None
+    finished: tuple[Inputs, ...]
+    rates: Vector
 
 
 class Samples:
@@ -92,6 +92,7 @@ class Samples:
         self._moments: list[tuple[int, Vector]] = []
         self._newest_moment: int | None = None
         self._bridged_last = False
+        self._spoilt = False
 
     @property
     def newest_us(self) -> int | None:
@@ -112,21 +113,15 @@ class Samples:
         return True
 
     def gyro(self, stamp_us: int, rates: Vector) -> Arrived:
-        """Take a gyro sample in."""
+        """Take in a gyro sample whose stamp is new (see `known`)."""
         previous = self._newest
         if previous is None:
             return self._begin(stamp_us, rates, Arrival.GAP)
-        if stamp_us == previous:
-            self.counters.repeats += 1
-            return Arrived(Arrival.REPEAT)
-        if previous - RESTART_US < stamp_us < previous:
-            self.counters.late += 1
-            return Arrived(Arrival.LATE)
         if stamp_us < previous:
             self.counters.restarts += 1
             self._moments.clear()
             return self._begin(stamp_us, rates, Arrival.RESTART)
-        finished = self._finish(previous, stamp_us, rates)
+        finished = None if self._spoilt else self._finish(previous, stamp_us, rates)
         if finished is None:
             self.counters.gaps += 1
             return self._begin(stamp_us, rates, Arrival.GAP)
@@ -134,18 +129,32 @@ class Samples:
         self.counters.stepped += len(finished)
         return Arrived(Arrival.NEXT, finished, self._grid_rates)
 
-    def spoil(self, stamp_us: int) -> None:
-        """An input of this stamp cannot be used: whatever comes next comes after a gap."""
-        self._newest = max(stamp_us, self._newest or 0)
-        self._grid = float(self._newest)
+    def known(self, stamp_us: int) -> Arrival | None:
+        """REPEAT or LATE, counted, for a gyro stamp that brings nothing new; None for one that does."""
+        if self._newest is None or not self._newest - RESTART_US < stamp_us <= self._newest:
+            return None
+        if stamp_us == self._newest:
+            self.counters.repeats += 1
+            return Arrival.REPEAT
+        self.counters.late += 1
+        return Arrival.LATE
+
+    def spoil(self) -> None:
+        """An input cannot be used: the next gyro sample comes after a gap."""
+        self._spoilt = True
         self._moments.clear()
         self._newest_moment = None
+
+    def spoil_gyro(self, stamp_us: int) -> None:
+        """The gyro sample of a new stamp cannot be used; it counts as the newest all the same."""
+        self._newest = stamp_us
+        self.spoil()
 
     def _begin(self, stamp_us: int, rates: Vector, arrival: Arrival) -> Arrived:
         self._newest, self._rates = stamp_us, rates
         self._grid, self._grid_rates = float(stamp_us), rates
         self._moments = [(stamp, moment) for stamp, moment in self._moments if stamp >= stamp_us]
-        self._newest_moment, self._bridged_last = None, False
+        self._newest_moment, self._bridged_last, self._spoilt = None, False, False
         return Arrived(arrival, (), rates)
 
     def _finish(self, previous: int, stamp_us: int, rates: Vector) -> tuple[Inputs, ...] | None:

@@ -1,38 +1,55 @@
 """The only room that knows a MAVLink field: bytes to plain facts, and plain intentions to bytes. Pure."""
 
-from dob_companion.mavlink.codec import Codec, WireCounters
+from dob_companion.mavlink.codec import AUTOPILOT, Codec, WireCounters
 from dob_companion.mavlink.facts import (
     AppliedMoment,
     CommandAck,
     CommandForUs,
+    CorrectionHeard,
     Fact,
+    FlightState,
     GyroSample,
     Heartbeat,
     ParamRead,
     ParamWrite,
+    RcChannels,
     Sender,
     TimesyncRequest,
 )
-from dob_companion.mavlink.speaker import CORRECTION_MESSAGES, ComputerLoad, ParamRefusal, Severity, Speaker, StreamRequest, sitl_streams
+from dob_companion.mavlink.speaker import (
+    CORRECTION_MESSAGES,
+    ComputerLoad,
+    ParamRefusal,
+    Severity,
+    Speaker,
+    StreamRequest,
+    rc_stream,
+    sitl_streams,
+)
 
 __all__ = [
+    "AUTOPILOT",
     "CORRECTION_MESSAGES",
     "AppliedMoment",
     "Codec",
     "CommandAck",
     "CommandForUs",
     "ComputerLoad",
+    "CorrectionHeard",
     "Fact",
+    "FlightState",
     "GyroSample",
     "Heartbeat",
     "ParamRead",
     "ParamRefusal",
     "ParamWrite",
+    "RcChannels",
     "Sender",
     "Severity",
     "Speaker",
     "StreamRequest",
     "TimesyncRequest",
     "WireCounters",
+    "rc_stream",
     "sitl_streams",
 ]

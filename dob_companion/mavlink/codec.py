@@ -11,17 +11,24 @@ from dob_companion.mavlink.facts import (
     AppliedMoment,
     CommandAck,
     CommandForUs,
+    CorrectionHeard,
     Fact,
+    FlightState,
     GyroSample,
     Heartbeat,
     ParamRead,
     ParamWrite,
+    RcChannels,
     Sender,
     TimesyncRequest,
 )
 
 AUTOPILOT = mav.MAV_COMP_ID_AUTOPILOT1
 COMPANION = mav.MAV_COMP_ID_ONBOARD_COMPUTER
+
+CORRECTION_NAME = "DOB_CORR"
+CORRECTION_GROUP = 2
+"""How a correction is marked in DEBUG_VECT and in SET_ACTUATOR_CONTROL_TARGET."""
 
 _INTEGER_FORMATS = {
     mav.MAV_PARAM_TYPE_UINT8: "<B3x",
@@ -117,7 +124,7 @@ def _moment(codec: Codec, m: Any) -> Fact | None:
     if m.group_mlx != 0 or not codec.from_autopilot(m):
         return None
     c = m.controls
-    return AppliedMoment(m.time_usec, (c[0], c[1], c[2]), (c[4], c[5], c[6]), c[7])
+    return AppliedMoment(m.time_usec, (c[0], c[1], c[2]), c[3], (c[4], c[5], c[6]), c[7])
 
 
 def _heartbeat(_codec: Codec, m: Any) -> Fact | None:
@@ -127,6 +134,27 @@ def _heartbeat(_codec: Codec, m: Any) -> Fact | None:
         autopilot=m.autopilot != mav.MAV_AUTOPILOT_INVALID and m.get_srcComponent() == AUTOPILOT,
         armed=bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED),
     )
+
+
+def _flight_state(codec: Codec, m: Any) -> Fact | None:
+    if not codec.from_autopilot(m):
+        return None
+    return FlightState(m.landed_state, m.vtol_state not in (mav.MAV_VTOL_STATE_UNDEFINED, mav.MAV_VTOL_STATE_MC))
+
+
+def _rc_channels(codec: Codec, m: Any) -> Fact | None:
+    if not codec.from_autopilot(m):
+        return None
+    return RcChannels(tuple(getattr(m, f"chan{i}_raw") for i in range(1, 19)))
+
+
+def _debug_vect(_codec: Codec, m: Any) -> Fact | None:
+    return CorrectionHeard(_sender(m), m.time_usec, (m.x, m.y, m.z)) if m.name == CORRECTION_NAME else None
+
+
+def _actuator_target(_codec: Codec, m: Any) -> Fact | None:
+    c = m.controls
+    return CorrectionHeard(_sender(m), m.time_usec, (c[0], c[1], c[2])) if m.group_mlx == CORRECTION_GROUP else None
 
 
 def _param_list(codec: Codec, m: Any) -> Fact | None:
@@ -170,6 +198,10 @@ _READERS: dict[int, Callable[[Codec, Any], Fact | None]] = {
     mav.MAVLINK_MSG_ID_HIGHRES_IMU: _gyro,
     mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET: _moment,
     mav.MAVLINK_MSG_ID_HEARTBEAT: _heartbeat,
+    mav.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _flight_state,
+    mav.MAVLINK_MSG_ID_RC_CHANNELS: _rc_channels,
+    mav.MAVLINK_MSG_ID_DEBUG_VECT: _debug_vect,
+    mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET: _actuator_target,
     mav.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: _param_list,
     mav.MAVLINK_MSG_ID_PARAM_REQUEST_READ: _param_read,
     mav.MAVLINK_MSG_ID_PARAM_SET: _param_set,

@@ -26,11 +26,13 @@ class GyroSample:
 class AppliedMoment:
     """u_e(k): normalized torque acting from `stamp_us` on, correction and saturation included.
 
-    `correction` is the part of it that came from us, `age_samples` how old that part is (negative: none).
+    `correction` is the part of it that came from us, `age_samples` how old that part is (negative: none), `thrust`
+    the thrust setpoint, 0…1.
     """
 
     stamp_us: int
     moment: Axes3
+    thrust: float
     correction: Axes3
     age_samples: float
 
@@ -43,6 +45,31 @@ class Heartbeat:
     component: int
     autopilot: bool
     armed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class FlightState:
+    """EXTENDED_SYS_STATE: landed_state (0 unknown, 1 on ground, 2 in air, 3 taking off, 4 landing), and whether a VTOL
+    is in forward flight or in transition."""
+
+    landed_state: int
+    forward: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RcChannels:
+    """Pulses of RC channels 1, 2, … in µs; 0 or 65535 where there is none."""
+
+    pulses_us: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectionHeard:
+    """A correction that came *in*: our own echoed back, or somebody else's."""
+
+    sender: Sender
+    stamp_us: int
+    correction: Axes3
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,4 +121,16 @@ class TimesyncRequest:
     ts1_ns: int
 
 
-Fact = GyroSample | AppliedMoment | Heartbeat | ParamRead | ParamWrite | CommandAck | CommandForUs | TimesyncRequest
+Fact = (
+    GyroSample
+    | AppliedMoment
+    | Heartbeat
+    | FlightState
+    | RcChannels
+    | CorrectionHeard
+    | ParamRead
+    | ParamWrite
+    | CommandAck
+    | CommandForUs
+    | TimesyncRequest
+)

@@ -7,13 +7,17 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mav
 
-from dob_companion.mavlink.codec import AUTOPILOT, COMPANION
+from dob_companion.mavlink.codec import AUTOPILOT, COMPANION, CORRECTION_GROUP, CORRECTION_NAME
 from dob_companion.mavlink.facts import CommandForUs, Sender, TimesyncRequest
 
 CORRECTION_MESSAGES = ("DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET")
 """The carriers of a correction, by their MAVLink names; the first is the default."""
 
 _ONE_BYTE_UNKNOWN, _TEMPERATURE_UNKNOWN, _LINK_UNKNOWN = 255, 127, 0xFFFFFFFF
+
+
+SLOW_INTERVAL_US = 200_000
+"""Flight state and RC channels: 5 Hz."""
 
 
 class Severity(IntEnum):
@@ -58,7 +62,13 @@ def sitl_streams(dt: float) -> tuple[StreamRequest, ...]:
     return (
         StreamRequest("HIGHRES_IMU", mav.MAVLINK_MSG_ID_HIGHRES_IMU, interval),
         StreamRequest("ACTUATOR_CONTROL_TARGET", mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET, interval),
+        StreamRequest("EXTENDED_SYS_STATE", mav.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, SLOW_INTERVAL_US),
     )
+
+
+def rc_stream() -> StreamRequest:
+    """What a kill switch needs besides."""
+    return StreamRequest("RC_CHANNELS", mav.MAVLINK_MSG_ID_RC_CHANNELS, SLOW_INTERVAL_US)
 
 
 class Speaker:
@@ -81,10 +91,12 @@ class Speaker:
         """The answer to the gyro sample of `stamp_us`: roll, pitch, yaw moment to add, normalized torque."""
         x, y, z = correction
         if self._as_debug_vect:
-            return self._pack(mav.MAVLink_debug_vect_message(b"DOB_CORR", stamp_us, x, y, z))
+            return self._pack(mav.MAVLink_debug_vect_message(CORRECTION_NAME.encode(), stamp_us, x, y, z))
         controls = (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0)
         return self._pack(
-            mav.MAVLink_set_actuator_control_target_message(stamp_us, 2, self.system, AUTOPILOT, controls)
+            mav.MAVLink_set_actuator_control_target_message(
+                stamp_us, CORRECTION_GROUP, self.system, AUTOPILOT, controls
+            )
         )
 
     def heartbeat(self, fault: bool) -> bytes:

@@ -1,16 +1,27 @@
 """Safe or unsafe: the state table, the conditions that move it, and the fades that it commands. Pure."""
 
+from dob_companion.supervisor.axes import AxisCheck
 from dob_companion.supervisor.fade import CorrectionShaper
+from dob_companion.supervisor.health import Echo, EstimateBounds, Innovation, Saturation
 from dob_companion.supervisor.monitors import DelayMonitor, Hysteresis, LinkGate, RateMonitor
+from dob_companion.supervisor.regime import Air, FlightRegime, RegimeLimits
 from dob_companion.supervisor.table import Conditions, State, Supervisor, Transition
 
 __all__ = [
+    "Air",
+    "AxisCheck",
     "Conditions",
     "CorrectionShaper",
     "DelayMonitor",
+    "Echo",
+    "EstimateBounds",
+    "FlightRegime",
     "Hysteresis",
+    "Innovation",
     "LinkGate",
     "RateMonitor",
+    "RegimeLimits",
+    "Saturation",
     "State",
     "Supervisor",
     "Transition",

@@ -45,6 +45,8 @@ class Conditions:
     fault      a fault is latched
     data       samples are fresh, contiguous and finite, and the observer has settled on them
     link       rate and delay are within what the design was certified for
+    flight     armed, in the air, in multicopter mode, alone on the link, not killed
+    model      axes and signs are right and the moment has authority left
     faded_in   the fade f is exactly 1
     faded_out  the fade f is exactly 0
     why        the reason for whatever speaks against injecting, in words; "" when nothing does
@@ -54,6 +56,8 @@ class Conditions:
     fault: bool
     data: bool
     link: bool
+    flight: bool
+    model: bool
     faded_in: bool
     faded_out: bool
     why: str = ""
@@ -76,6 +80,8 @@ _FADE = (
     Exit("not wish", lambda c: not c.wish, State.RAMP_OUT, "switched off"),
     Exit("not data", lambda c: not c.data, State.RAMP_OUT, "{why}"),
     Exit("not link", lambda c: not c.link, State.RAMP_OUT, "{why}"),
+    Exit("not flight", lambda c: not c.flight, State.RAMP_OUT, "{why}"),
+    Exit("not model", lambda c: not c.model, State.RAMP_OUT, "{why}"),
 )
 
 TABLE: dict[State, tuple[Exit, ...]] = {
@@ -89,7 +95,7 @@ TABLE: dict[State, tuple[Exit, ...]] = {
         _FAULT,
         _OFF,
         Exit("not data", lambda c: not c.data, State.WAITING, "{why}"),
-        Exit("link", lambda c: c.link, State.RAMP_IN, "link is good"),
+        Exit("link, flight, model", lambda c: c.link and c.flight and c.model, State.RAMP_IN, "all is well"),
     ),
     State.RAMP_IN: (*_FADE, Exit("faded in", lambda c: c.faded_in, State.ACTIVE, "faded in")),
     State.ACTIVE: _FADE,

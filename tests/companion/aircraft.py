@@ -56,7 +56,11 @@ class Aircraft:
     sample: int = 0
     rates: tuple = (0.0, 0.0, 0.0)
     moment: tuple = (0.0, 0.0, 0.0)
+    contained: tuple = (0.0, 0.0, 0.0)
+    thrust: float = 0.5
     age: float = 1.0
+    armed: bool = True
+    beats: bool = True
     said: list = field(default_factory=list)
 
     def __post_init__(self):
@@ -83,7 +87,7 @@ class Aircraft:
         return heard
 
     def heartbeat(self):
-        return self.deliver(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3))
+        return self.deliver(mav.MAVLink_heartbeat_message(2, 12, 128 if self.armed else 0, 0, 4, 3))
 
     def imu(self, stamp=None, rates=None):
         r = rates or self.rates
@@ -94,10 +98,12 @@ class Aircraft:
         u = moment or self.moment
         stamp = self.stamp if stamp is None else stamp
         age = self.age if age is None else age
-        return mav.MAVLink_actuator_control_target_message(stamp, 0, [*u, 0.5, 0, 0, 0, age])
+        return mav.MAVLink_actuator_control_target_message(stamp, 0, [*u, self.thrust, *self.contained, age])
 
     def pair(self):
-        """One sample as it should be; returns the corrections that answer it."""
+        """One sample as it should be, and a heartbeat each second; returns the corrections that answer it."""
+        if self.beats and self.sample % 250 == 0:
+            self.heartbeat()
         heard = self.deliver(self.imu(), self.target())
         self.sample += 1
         self.now += DT

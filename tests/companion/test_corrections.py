@@ -79,7 +79,7 @@ def test_the_fade_moves_by_no_more_than_the_ramp_allows_and_ends_exactly():
 
 def test_the_correction_is_clipped_at_the_limit():
     plane = aircraft().active()
-    plane.rates = (2.0, -2.0, 0.1)
+    plane.rates = (0.8, -0.8, 0.1)
     last = plane.pairs(100)[-1]
     assert xyz(last) == pytest.approx((-0.3, 0.3, -0.1), abs=1e-6)
 

@@ -7,7 +7,11 @@ import pytest
 from dob_companion.supervisor import Conditions, State, Supervisor
 from dob_companion.supervisor.table import TABLE
 
-ALL = [Conditions(*bits) for bits in product((False, True), repeat=6) if not (bits[4] and bits[5])]
+ALL = [Conditions(*bits) for bits in product((False, True), repeat=8) if not (bits[6] and bits[7])]
+
+
+def fitness(conditions):
+    return conditions.link, conditions.flight, conditions.model
 
 
 def after(state, conditions):
@@ -28,7 +32,7 @@ def test_every_state_has_a_row_and_the_numbers_are_those_of_the_wire():
 @pytest.mark.parametrize("state", [State.RAMP_IN, State.ACTIVE])
 def test_whatever_speaks_against_injecting_leads_to_ramp_out_at_once(state):
     for conditions in ALL:
-        if conditions.fault or not (conditions.wish and conditions.data and conditions.link):
+        if conditions.fault or not all((conditions.wish, conditions.data, *fitness(conditions))):
             assert after(state, conditions) is State.RAMP_OUT
 
 
@@ -38,7 +42,7 @@ def test_injecting_begins_only_from_tracking_and_only_when_everything_is_good():
             assert state is State.TRACKING
             assert conditions.wish
             assert conditions.data
-            assert conditions.link
+            assert all(fitness(conditions))
             assert not conditions.fault
 
 
@@ -75,7 +79,7 @@ def test_off_is_reached_from_every_state_by_the_operator_alone():
         supervisor = Supervisor()
         supervisor.state = start
         for _ in range(4):
-            supervisor.judge(Conditions(False, False, False, False, False, True))
+            supervisor.judge(Conditions(*[False] * 7, faded_out=True))
         assert supervisor.state is State.DISABLED
 
 

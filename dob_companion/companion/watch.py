@@ -1,0 +1,74 @@
+"""What is watched beside the samples: the aircraft, the axes, the plant, and our own correction coming back."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dob_companion.artifact import DobDesign
+from dob_companion.companion.samples import Inputs
+from dob_companion.mavlink import AppliedMoment, FlightState
+from dob_companion.supervisor import (
+    Air,
+    AxisCheck,
+    Echo,
+    EstimateBounds,
+    FlightRegime,
+    Innovation,
+    RegimeLimits,
+    Saturation,
+)
+
+Vector = NDArray[np.float64]
+
+_LANDED_STATES = {1: Air.ON_GROUND, 2: Air.IN_AIR, 3: Air.CHANGING, 4: Air.CHANGING}
+
+
+class Watch:
+    """Collects facts about aircraft and loop; says what speaks against injecting, and what is a fault.
+
+    The work of the axis check and the whiteness test is done when a sample's moment comes in, that is after its answer
+    has left.
+    """
+
+    def __init__(self, design: DobDesign, limits: RegimeLimits) -> None:
+        self.regime = FlightRegime(limits)
+        self.axes = AxisCheck(design)
+        self.bounds = EstimateBounds(design.dt)
+        self.echo = Echo(design.dt)
+        self.model_why = ""
+        self._innovation = Innovation(design)
+        self._saturation = Saturation(design.dt)
+        self._due: list[Inputs] = []
+
+    def flight_state(self, state: FlightState) -> None:
+        """In the air, on the ground, in forward flight."""
+        self.regime.state(_LANDED_STATES.get(state.landed_state, Air.UNKNOWN), state.forward)
+
+    def finished(self, inputs: tuple[Inputs, ...]) -> None:
+        """Finished grid intervals, to be looked at when there is time."""
+        self._due.extend(inputs)
+
+    def applied(self, moment: AppliedMoment) -> str:
+        """A moment that was taken in. Returns a fault in words, or ""."""
+        self.regime.throttle(moment.thrust)
+        self._saturation.add(moment.moment)
+        injected = any(moment.correction)
+        for inputs in self._due:
+            self._innovation.add(inputs.rates, inputs.moment)
+            if not injected:  # the check is about the controller's own moment
+                self.axes.add(inputs.rates, inputs.moment)
+        self._due.clear()
+        foreign = self.echo.foreign(moment.stamp_us, moment.age_samples, moment.moment, moment.correction)
+        return "corrections come back changed" if foreign else ""
+
+    def judge(self, injecting: bool) -> str:
+        """The slower judgements, several times a second. Returns a fault in words, or ""."""
+        errors = self.axes.errors()
+        self.model_why = errors[0] if errors else ("moment at its stops" if self._saturation.excessive else "")
+        return self._innovation.why_not() if injecting else ""
+
+    def start_anew(self) -> None:
+        """The samples start anew after a gap."""
+        self._due.clear()
+        self.bounds.clear()
+        self.axes.clear()
+        self._innovation.clear()
