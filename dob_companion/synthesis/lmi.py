@@ -62,7 +62,7 @@ def solve_lmi(problem: EstimationProblem) -> LmiSolution | None:
             task.solve(solver=cp.CLARABEL, chordal_decomposition_enable=False)
     except (cp.error.SolverError, ValueError, ArithmeticError):
         return None
-    if S.value is None or gamma.value is None or inequality.dual_value is None:
+    if S.value is None or gamma.value is None or inequality.dual_value is None or not gamma.value > 0.0:
         return None
     try:
         K = np.linalg.solve(S.value, Y.value)

@@ -51,7 +51,8 @@ def find_optimum(problem: Problem) -> Optimum:
         except np.linalg.LinAlgError as trouble:
             seen.append(str(trouble))
             continue
-        solution, low = solve_lmi(white.problem), _riccati(white)
+        solution = solve_lmi(white.problem)
+        low = _riccati(white, solution.gamma if solution else 1.0)
         found, gap = _judge(posed, white, solution, low)
         if found and gap < least:
             best, least = found, gap
@@ -75,10 +76,10 @@ def candidates(optimum: Optimum, backoff: float) -> Iterator[Any]:
         yield posed.observer(*white.gains(optimum.solution.K, optimum.solution.K_z))
 
 
-def _riccati(white: WhiteProblem) -> float | None:
-    """Lower end of the Riccati equation's bracket, in white units."""
+def _riccati(white: WhiteProblem, guess: float) -> float | None:
+    """Lower end of the Riccati equation's bracket, in white units; a bad guess costs time only."""
     try:
-        return bracket_gamma_star(white.problem, 1.0)[0]
+        return bracket_gamma_star(white.problem, guess)[0]
     except ArithmeticError:
         return None
 

@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dob_companion.errors import SpecError, UnsolvableError
 from dob_companion.synthesis.loop import close_loop
@@ -26,7 +25,7 @@ def require_solvable(problem: Problem, axes: tuple[str, ...] | None = None) -> N
     _require_carried(problem, names)
     _require_seen(problem)
     _require_weights(problem)
-    _require_stable_baseline(problem)
+    _require_stable_baseline(problem, names)
     _require_excited(problem)
 
 
@@ -124,14 +123,18 @@ def _require_weights(problem: Problem) -> None:
             )
 
 
-def _require_stable_baseline(problem: Problem) -> None:
+def _require_stable_baseline(problem: Problem, names: tuple[str, ...]) -> None:
     if abs(np.linalg.det(np.eye(len(problem.plant.D)) + problem.plant.D @ problem.controller.D)) < 1e-12:
         raise UnsolvableError("baseline loop: plant and controller both answer at once and 1 + G C is singular")
     loop = close_loop(problem.plant, problem.controller, None, problem.delays)
-    poles: NDArray[np.complex128] = np.linalg.eigvals(loop.system.A).astype(complex)
-    if np.any(np.abs(poles) >= 1.0 - ON_CIRCLE):
-        worst = complex(poles[np.argmax(np.abs(poles))])
-        raise UnsolvableError(
-            f"baseline loop (controller and plant, observer off) is not stable: {describe(worst, problem.dt)}; "
-            "an observer cannot repair it: check the signs of u = C (r - y_n) and the gain"
-        )
+    poles, modes = np.linalg.eig(loop.system.A)
+    worst = int(np.argmax(np.abs(poles), axis=0)) if poles.size else -1
+    if worst < 0 or abs(poles[worst]) < 1.0 - ON_CIRCLE:
+        return
+    shown = np.abs(loop.part("y", "d").C @ modes[:, worst])
+    where = f" of {names[int(np.argmax(shown))]}" if len(shown) == len(names) else ""
+    raise UnsolvableError(
+        f"baseline loop{where} (controller and plant, observer off) is not stable: "
+        f"{describe(complex(poles[worst]), problem.dt)}; an observer cannot repair it: "
+        "check the signs of u = C (r - y_n) and the gain"
+    )

@@ -37,7 +37,7 @@ def problems(draw):
 
 
 @given(problems(), st.sampled_from([1.01, 1.001]))
-@settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 def test_a_stable_plant_always_gets_a_certified_observer(problem, backoff):
     *systems, delays = problem
     p = systems[0].D.shape[0]
@@ -62,7 +62,7 @@ def test_any_gain_around_any_plant_is_certified_or_refused_in_one_line(seed, gai
         assert proof.gamma <= 1.01 * proof.gamma_star
         return
     with pytest.raises(
-        UnsolvableError, match=r"^baseline loop .* is not stable: mode z = .* (grows by|neither)"
+        UnsolvableError, match=r"^baseline loop of input 1 .* is not stable: mode z = .* (grows by|neither)"
     ) as refusal:
         synthesize(plant, static(gain), *weights)
     assert "\n" not in str(refusal.value)

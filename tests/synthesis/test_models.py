@@ -30,7 +30,7 @@ pair = st.tuples(st.floats(-0.9, 0.9), st.floats(0.01, 0.4))
 
 
 @given(st.lists(pair, max_size=3), st.lists(real, max_size=4), st.lists(pair, max_size=3), st.lists(real, max_size=3))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_zpk_has_the_response_of_its_factors(pole_pairs, poles, zero_pairs, zeros):
     p, z = roots(pole_pairs, poles), roots(zero_pairs, zeros)
     if len(z) > len(p):

@@ -41,7 +41,7 @@ def test_the_optimum_does_not_depend_on_the_baseline_controller(gain):
     assert oracle.gamma_star(paper.PLANT, gain, paper.W_D, paper.W_N, (1,)) == pytest.approx(ours, rel=1e-4)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(("p", "m", "delays"), [(1, 1, (2,)), (2, 2, (1, 0)), (3, 2, (1, 2)), (1, 2, (1, 1))])
 def test_all_three_agree_on_random_plants(seed, p, m, delays):
     plant, controller, W_d, W_n = random_problem(seed, p, m)

@@ -19,8 +19,17 @@ def refusal(plant=paper.PLANT, controller=paper.PID, W_d=paper.W_D, W_n=paper.W_
 
 
 def test_an_unstable_baseline_names_the_mode_and_its_growth():
-    message = refusal(controller=paper.PID * -1.0)
-    assert re.search(r"baseline loop .* is not stable: mode z = 1\.\d+.* grows by a factor", message)
+    message = refusal(controller=paper.PID * -1.0, axes=("pitch",))
+    assert re.search(r"baseline loop of pitch .* is not stable: mode z = 1\.\d+.* grows by a factor", message)
+
+
+def test_an_unstable_baseline_of_two_axes_names_the_one():
+    stack = [zpk([], [pole], 0.1, paper.DT) for pole in (0.9, 1.0)]
+    controller = static(np.diag([0.1, -0.1]))
+    W_d, W_n = ct.append(paper.W_D, paper.W_D), ct.append(paper.W_N, paper.W_N)
+    message = refusal(ct.append(*stack), controller, W_d, W_n, axes=("roll", "yaw"))
+    assert message.startswith("baseline loop of yaw ")
+    assert "mode z = 1.01 " in message
 
 
 def test_a_plant_pole_beyond_the_rate_names_axis_and_pole():

@@ -1,0 +1,52 @@
+"""`design` as a user meets it: files, exit codes, one line on stderr."""
+
+import json
+
+import pytest
+
+from dob_companion.artifact import check_flyable, loads
+from dob_companion.cli.main import main
+from tests.synthesis import paper
+
+
+def test_design_writes_a_flyable_file_and_prints_its_certificate(tmp_path, capsys):
+    out = tmp_path / "new" / "dir"
+    assert main(["design", str(paper.SPEC), "-o", str(out)]) == 0
+    design = loads((out / "design.json").read_text(encoding="utf-8"))
+    check_flyable(design, 250.0)
+    assert "<html" in (out / "report.html").read_text(encoding="utf-8")
+    shown = capsys.readouterr().out
+    assert "gamma_star (lower bound)      1.59982   1.76349   1.96050" in shown
+    assert design.sha256[:8] in shown
+
+
+def test_design_prints_json_on_request(tmp_path, capsys):
+    assert main(["design", str(paper.SPEC), "-o", str(tmp_path), "--json"]) == 0
+    certificates = json.loads(capsys.readouterr().out)
+    assert certificates["pitch"]["gamma_star"] == pytest.approx(1.59982, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "words"),
+    [
+        ("rate_hz", "rate_Hz", 2, "unknown key 'rate_Hz'; did you mean 'rate_hz'?"),
+        ("gain = 0.14131 ", "gain = nan ", 2, "block 'pitch': plant: gain: expected a finite number"),
+        ("gain = 0.9002", "gain = -0.9002", 1, "block 'pitch': baseline loop of pitch"),
+        ("poles = [1.0, 0.9447]", "poles = [1.0, 9.447]", 1, "outside what the rate can carry"),
+        ("poles = [0.9962]", "poles = [1.0]", 1, "block 'pitch': disturbance weight: mode z = 1"),
+    ],
+)
+def test_bad_specs_end_with_one_line_and_no_file(old, new, code, words, tmp_path, capsys):
+    path, out = tmp_path / "my.toml", tmp_path / "out"
+    path.write_text(paper.spec_text().replace(old, new, 1), encoding="utf-8")
+    assert main(["design", str(path), "-o", str(out)]) == code
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert str(path) in error
+    assert words in error
+    assert not out.exists()
+
+
+def test_a_spec_that_is_not_there_ends_with_two(tmp_path, capsys):
+    assert main(["design", str(tmp_path / "none.toml"), "-o", str(tmp_path)]) == 2
+    assert "none.toml" in capsys.readouterr().err
