@@ -15,12 +15,13 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from dob_companion.artifact import dumps
+from dob_companion.cli.main import COMMANDS
 from tests.cli.processes import free_port, one_line
 from tests.companion.aircraft import small_design
 from tests.packaging.project import EXTRAS, PROJECT, requirements
 
 _LIGHT = """
-import json, sys
+import json, runpy, sys
 
 class Refuse:
     refused = frozenset(json.loads(sys.argv.pop(1)))
@@ -29,8 +30,8 @@ class Refuse:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Refuse())
-from dob_companion.cli.main import main
-sys.exit(main(sys.argv[1:]))
+module = sys.argv.pop(1)
+runpy.run_module(module, run_name="__main__", alter_sys=True)
 """
 
 
@@ -60,9 +61,9 @@ def absent():
     )
 
 
-def run_light(*arguments, cwd):
+def run_light(*arguments, cwd, module="dob_companion"):
     return subprocess.run(
-        [sys.executable, "-c", _LIGHT, json.dumps(absent()), *map(str, arguments)],
+        [sys.executable, "-c", _LIGHT, json.dumps(absent()), module, *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=60,
@@ -96,7 +97,14 @@ def test_the_daemon_serves_without_any_extra(design, tmp_path):
     assert any("listening" in json.loads(line).get("event", "") for line in finished.stdout.splitlines())
 
 
-@pytest.mark.parametrize("command", ["run", "design", "inspect", "demo", "param", "status"])
+def test_the_simulated_vehicle_flies_without_any_extra(tmp_path):
+    links = ("--link", f"udpout:127.0.0.1:{free_port()}", "--gcs", f"udpout:127.0.0.1:{free_port()}")
+    finished = run_light("--clock", "lockstep", "--timeout", "0.2", *links, cwd=tmp_path, module="sitl")
+    assert finished.returncode == 1
+    assert "no answer to sample 0" in finished.stderr
+
+
+@pytest.mark.parametrize("command", [module.__name__.rpartition(".")[2] for module in COMMANDS])
 def test_help_needs_no_extra(command, tmp_path):
     finished = run_light(command, "--help", cwd=tmp_path)
     assert finished.returncode == 0, finished.stderr
@@ -108,6 +116,7 @@ def test_help_needs_no_extra(command, tmp_path):
     [
         ("design", "spec.toml", "-o", "out"),
         ("inspect", "design.json"),
+        ("compare", "spec.toml"),
         ("param", "list"),
         ("status",),
         ("demo", "-o", "out"),
