@@ -112,7 +112,8 @@ class DobLoop:
         self.d_hat = estimate
         self._settled += 1
         if self._data_good:
-            self._latch(self.watch.bounds.broken(estimate))
+            broken = self.watch.bounds.broken(estimate)
+            self._latch(broken if self.injecting else "")
         self._measure(sample.stamp_us)
         self.answer = self._reply(sample.stamp_us)
         self.watch.echo.sent(sample.stamp_us, self.answer.correction)
