@@ -6,6 +6,8 @@
 #   make bench   measurements, as ratios taken in one run
 #   make docs    print the pages that come from the code
 #   make pins    pin the newest versions that fit together
+#   make deb     the daemon as a Debian package: ARCH=arm64 PYTHON_VERSION=3.13 for another computer
+#   make wheels-aarch64    prove that all that flies has wheels for 64-bit ARM
 
 SHELL := /bin/sh
 PYTHON ?= python3
@@ -13,7 +15,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 
 .NOTPARALLEL:
-.PHONY: demo test check proof bench docs pins clean
+.PHONY: demo test check proof bench docs pins deb wheels-aarch64 clean
 
 demo: $(VENV)/.demo
 	$(BIN)/dob-companion demo $(DEMO_ARGS)
@@ -42,6 +44,18 @@ pins:
 	{ sed -n '/^#/p' constraints.txt && build/pins/bin/python -m pip freeze --exclude-editable; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt
 	rm -rf build/pins
+
+deb: $(VENV)/.python
+	PYTHON=$(BIN)/python deploy/build-deb $(or $(ARCH),$(shell dpkg --print-architecture)) $(or $(PYTHON_VERSION),3.11)
+
+wheels-aarch64: $(VENV)/.python
+	rm -rf build/wheels-aarch64
+	for version in 3.11 3.12 3.13; do \
+	  PYTHON=$(BIN)/python deploy/fetch-wheels aarch64 $$version build/wheels-aarch64/$$version \
+	    $$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"])') \
+	    || exit 1; \
+	  ls build/wheels-aarch64/$$version; \
+	done
 
 clean:
 	rm -rf $(VENV) build *.egg-info
