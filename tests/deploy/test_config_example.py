@@ -22,7 +22,9 @@ def known_keys():
     keys = {}
     for field in dataclasses.fields(default):
         value = getattr(default, field.name)
-        keys[field.name] = {inner.name for inner in dataclasses.fields(value)} if dataclasses.is_dataclass(value) else None
+        keys[field.name] = (
+            {inner.name for inner in dataclasses.fields(value)} if dataclasses.is_dataclass(value) else None
+        )
     keys["parameters"] = {spec.name for spec in PARAMETERS if not spec.read_only}
     return keys
 

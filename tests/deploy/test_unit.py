@@ -55,7 +55,9 @@ def test_the_exposure_level_is_what_the_manual_states(installed):
 
 
 def test_the_command_of_the_unit_is_one_that_the_program_has():
-    program, *arguments = shlex.split(re.search(r"^ExecStart=((?:.*\\\n)*.*)$", UNIT, re.MULTILINE)[1].replace("\\\n", ""))
+    program, *arguments = shlex.split(
+        re.search(r"^ExecStart=((?:.*\\\n)*.*)$", UNIT, re.MULTILINE)[1].replace("\\\n", "")
+    )
     assert program == "dob-companion"
     assert parser().parse_args(arguments).command == "run"
 

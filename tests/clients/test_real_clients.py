@@ -1,0 +1,67 @@
+"""Clients that others wrote, on an autopilot of either make: they list, read and toggle the companion's parameters."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from dob_companion.artifact import dumps
+from dob_companion.companion import PARAMETERS
+from tests.clients.processes import ROOT, MavProxy, flying
+from tests.companion.aircraft import small_design
+
+KINDS = ("px4", "ardupilot")
+NAMES = [spec.name for spec in PARAMETERS]
+
+
+@pytest.fixture(scope="module")
+def design(tmp_path_factory):
+    path = tmp_path_factory.mktemp("clients") / "design.json"
+    path.write_text(dumps(small_design())[0])
+    return path
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_mavsdk_lists_reads_and_toggles(design, kind):
+    with flying(design, kind) as ground:
+        finished = subprocess.run(
+            [sys.executable, "-m", "tests.clients.station", f"udpin://127.0.0.1:{ground}"],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+    assert finished.returncode == 0, finished.stderr
+    found = json.loads(finished.stdout.splitlines()[-1])
+    assert sorted(found["floats"]) == sorted(NAMES)
+    assert found["others"] == []  # every one is REAL32, whatever the autopilot's own encoding is
+    assert found["limit"] == pytest.approx(0.3)
+    assert (found["after float 1"], found["after float 0"]) == (1.0, 0.0)
+    # MAVSDK knows our type and complains of an integer write. On PX4 it has sent the four bytes of an int32 by then,
+    # which are understood; on ArduPilot it asks first and then sends nothing.
+    assert found["integers"] == "WRONG_TYPE"
+    assert (found["after int 1"], found["after int 0"]) == (1.0 if kind == "px4" else 0.0, 0.0)
+    refused = {"DOB_NOPE": "DOES_NOT_EXIST", "DOB_STATE": "READ_ONLY", "DOB_GAIN": "VALUE_OUT_OF_RANGE"}
+    assert {name: found[name] for name in refused} == refused
+    assert found["state"] == 0.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_mavproxy_lists_reads_and_toggles(design, kind, tmp_path):
+    with flying(design, kind) as ground, MavProxy(f"udpin:127.0.0.1:{ground}", tmp_path) as console:
+        console.wait_for("online system 1")
+        console.type("vehicle 1:191")
+        console.ask("param fetch", f"Received {len(NAMES)} parameters")
+        shown = [console.ask(f"param show {name}", name).split()[-2:] for name in NAMES]
+        assert [name for name, _ in shown] == NAMES
+        assert float(dict(shown)["DOB_LIMIT"]) == pytest.approx(0.3)
+        for wish in (1, 0):
+            console.type(f"param set DOB_ENABLE {wish}")
+            console.ask("param fetch DOB_ENABLE", f"DOB_ENABLE = {wish}.0")
+        console.ask("param set DOB_STATE 3", "Failed to set DOB_STATE")
+        console.ask("param set DOB_GAIN 9", "Failed to set DOB_GAIN")
+        said = "\n".join(console.seen)
+        assert "DOB WAITING: switched on" in said
+        assert "DOB DISABLED: switched off" in said
