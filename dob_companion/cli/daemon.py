@@ -51,7 +51,9 @@ def fly(
 
         recorder = None
         if recording is not None:
-            recorder = FlightRecorder(recording, companion, design, text, datagrams=url.datagrams)
+            recorder = FlightRecorder(
+                recording, companion, design, text, now=time.monotonic(), datagrams=url.datagrams
+            )
             leaving.callback(recorder.close)
             show(Event.info(f"recording flight {recorder.flight} to {recording.directory}"))
         leaving.callback(notifier.stopping)

@@ -67,7 +67,6 @@ class Replay:
         """The recorded state: where to begin, or a proof that the computed one is the same."""
         if self.difference:
             return
-        self._nothing_due("a checkpoint")
         if self._companion is not None:
             self.checkpoints += 1
             path = difference(state, self._snapshots.take(self._companion))
@@ -89,22 +88,19 @@ class Replay:
 
     def received(self, data: bytes, now: float) -> None:
         """Bytes came from the link."""
-        companion = self._next("bytes from the link", now)
-        if companion:
+        if companion := self._called(now):
             companion.receive(data, now)
             self._due.extend(companion.bytes_to_send())
 
     def advanced(self, now: float) -> None:
         """Time has passed."""
-        companion = self._next("time passing", now)
-        if companion:
+        if companion := self._called(now):
             companion.advance(now)
             self._due.extend(companion.bytes_to_send())
 
     def closing(self, now: float) -> None:
         """The companion was told to leave."""
-        companion = self._next("the order to leave", now)
-        if companion:
+        if companion := self._called(now):
             companion.close(now)
 
     def loaded(self, load: tuple[int, int, int]) -> None:
@@ -123,27 +119,23 @@ class Replay:
             self._differs(f"recorded {self._words(message)}, computed {self._words(computed)}")
 
     def turned(self, now: float, took_s: float) -> None:  # noqa: ARG002
-        """A turn of the loop is over: its events were taken."""
-        if self._companion and not self.difference:
-            self._nothing_due("the end of the turn")
-            self._companion.events()
-            self.turns += 1
+        """A turn of the loop is over: all was said, and its events were taken."""
+        if self._companion is None or self.difference:
+            return
+        if self._due:
+            self._differs(f"recorded nothing, computed {self._words(self._due[0])}")
+            return
+        self._companion.events()
+        self.turns += 1
 
     def _newborn(self) -> Companion:
         _, _, datagrams = self._build or ("", "", True)
         return Companion(self._design, self._config, datagrams=datagrams)
 
-    def _next(self, what: str, now: float) -> Companion | None:
+    def _called(self, now: float) -> Companion | None:
         """The companion to call, unless there is none or the comparison is over."""
         self._time = now
-        if self.difference or self._companion is None:
-            return None
-        self._nothing_due(what)
         return None if self.difference else self._companion
-
-    def _nothing_due(self, before: str) -> None:
-        if self._due and not self.difference:
-            self._differs(f"computed {self._words(self._due[0])} before {before}, where nothing was recorded")
 
     def _differs(self, what: str) -> None:
         self.difference = f"turn {self.turns + 1}, t = {self._time:.6f} s: {what}"

@@ -66,7 +66,14 @@ class FlightRecorder(Witness):
     """
 
     def __init__(
-        self, recording: Recording, companion: Companion, design: DobDesign, config_text: str, *, datagrams: bool
+        self,
+        recording: Recording,
+        companion: Companion,
+        design: DobDesign,
+        config_text: str = "",
+        *,
+        now: float,
+        datagrams: bool = True,
     ) -> None:
         newborn = Companion(design, parse_config(config_text, "configuration"), datagrams=datagrams)
         self._snapshots = Snapshots(newborn)
@@ -76,11 +83,11 @@ class FlightRecorder(Witness):
         self._items: list[bytes] = []
         self._now: float | None = None
         self._since = 0
-        self._due_at = time.monotonic() + CHECKPOINT_S
+        self._due_at = now + CHECKPOINT_S
         self._trouble = ""
         size = round(1e6 * recording.segment_mb)
         self._pipe = ScribePipe([str(recording.directory), str(self.flight), str(size), str(recording.segments)])
-        self._pipe.send(frame([json_item(Kind.HEADER, _header(design, config_text, datagrams, self.flight))]))
+        self._pipe.send(frame([json_item(Kind.HEADER, _header(design, config_text, datagrams, self.flight, now))]))
         self._pipe.send(frame([json_item(Kind.CHECKPOINT, self._snapshots.take(companion))]))
 
     @property
@@ -158,13 +165,13 @@ class FlightRecorder(Witness):
             self._missing, self._due_at = 0, now + CHECKPOINT_S
 
 
-def _header(design: DobDesign, config_text: str, datagrams: bool, flight: int) -> dict[str, Any]:
+def _header(design: DobDesign, config_text: str, datagrams: bool, flight: int, now: float) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "generator": f"dob-companion {__version__}",
         "machine": f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}",
         "started": datetime.now(UTC).isoformat(timespec="milliseconds"),
-        "unix_offset": time.time() - time.monotonic(),
+        "unix_offset": time.time() - now,
         "flight": flight,
         "datagrams": datagrams,
         "config": config_text,

@@ -86,11 +86,21 @@ class Segment:
 
     def _write(self) -> None:
         for file, data in zip(self._files, (self._packed, self._log), strict=True):
-            while data:
-                written = os.write(file, data)
-                self.size += written
-                del data[:written]
-        self.unwritten = 0
+            self.size += _write_whole(file, data)
+            data.clear()
+            self.unwritten = 0  # the trace comes first
+
+
+def _write_whole(file: int, data: bytearray) -> int:
+    """Write all of it, or leave the file as it was."""
+    before, rest = os.lseek(file, 0, os.SEEK_CUR), memoryview(bytes(data))
+    try:
+        while rest:
+            rest = rest[os.write(file, rest) :]
+    except OSError:
+        os.ftruncate(file, before)
+        raise
+    return len(data)
 
 
 class Scribe:

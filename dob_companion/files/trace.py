@@ -22,6 +22,8 @@ GZIP = 16 + zlib.MAX_WBITS
 LARGEST_FRAME = 1 << 24
 """No turn is as long; a length beyond is damage."""
 
+_PIECE = 64
+
 _FRAME = struct.Struct("<II")
 _ITEM = struct.Struct("<BI")
 _TIME = struct.Struct("<d")
@@ -180,8 +182,8 @@ def read_frames(chunks: Iterable[bytes], ending: Ending) -> Iterator[list[Item]]
     """The frames of a segment, oldest first, up to its end or to the first damage; `ending` then says which."""
     unzip, reader = zlib.decompressobj(GZIP), FrameReader()
     try:
-        for chunk in chunks:
-            for payload in reader.feed(unzip.decompress(chunk)):
+        for piece in _small(chunks):
+            for payload in reader.feed(unzip.decompress(piece)):
                 yield items(payload)
         if unzip.unused_data:
             raise DamageError("bytes after the end of the stream")
@@ -189,3 +191,10 @@ def read_frames(chunks: Iterable[bytes], ending: Ending) -> Iterator[list[Item]]
         ending.damage = str(problem)
         return
     ending.torn = not unzip.eof or reader.pending > 0
+
+
+def _small(chunks: Iterable[bytes]) -> Iterator[bytes]:
+    """Pieces so small that little is lost with the one that zlib stumbles over."""
+    for chunk in chunks:
+        for at in range(0, len(chunk), _PIECE):
+            yield chunk[at : at + _PIECE]

@@ -57,3 +57,36 @@ def test_after_kill_9_every_answer_that_the_vehicle_got_is_in_trace_and_tlog(des
     heard = [m for m in vehicle.said if m.get_type() == "DEBUG_VECT"]
     assert [m.get_msgbuf() for m in logged] == [m.get_msgbuf() for m in heard]
     assert len(messages(segment.tlog, "HIGHRES_IMU")) == vehicle.sample
+
+
+def test_after_sigterm_the_record_is_whole_up_to_the_last_zero(design, tmp_path):
+    flights, port = tmp_path / "flights", free_port()
+    with daemon(design, port, "--record", flights) as process, UdpVehicle(port) as vehicle:
+        vehicle.activate()
+        process.send_signal(signal.SIGTERM)
+        last = vehicle.last_correction(process)
+        assert process.returncode == 0
+    code, found = replayed(flights)
+    assert (code, found["torn"], found["damaged"], found["lost_turns"]) == (0, [], {}, 0)
+    (segment,) = segments_in(flights)
+    assert messages(segment.tlog, "DEBUG_VECT")[-1].get_msgbuf() == last.get_msgbuf()
+
+
+def test_a_daemon_started_again_records_the_next_flight(design, tmp_path):
+    flights, port = tmp_path / "flights", free_port()
+    for _ in range(2):
+        with daemon(design, port, "--record", flights) as process, UdpVehicle(port) as vehicle:
+            vehicle.fly(20)
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+        wait_until(lambda: replayed(flights)[1]["corrections"] == 20)
+    assert [segment.flight for segment in segments_in(flights)] == [1, 2]
+
+
+def test_a_directory_that_cannot_be_written_is_one_line_and_exit_2(design, tmp_path):
+    finished = run_cli("run", "--design", design, "--link", f"udpin:127.0.0.1:{free_port()}", "--record", "/proc/here")
+    assert finished.returncode == 2
+    assert "/proc/here" in finished.stderr.splitlines()[-1]
+    finished = run_cli("run", "--design", design, "--record", tmp_path, "--record-segments", "1")
+    assert finished.returncode == 2
+    assert "number of segments" in finished.stderr.splitlines()[-1]
