@@ -109,11 +109,3 @@ def test_the_simulated_vehicle_knows_its_scenarios_outside_the_checkout(full, tm
     assert listed.returncode == 0, listed.stderr
     for scenario in (ROOT / "sitl" / "scenarios").glob("*.toml"):
         assert scenario.stem in listed.stdout
-
-
-@pytest.mark.parametrize("python", ["311", "312", "313"])
-@pytest.mark.parametrize("machine", ["aarch64", "x86_64"])
-def test_every_dependency_of_the_aircraft_has_a_pinned_wheel(machine, python, tmp_path):
-    platforms = (f"--platform=manylinux_2_28_{machine}", f"--platform=manylinux2014_{machine}")
-    where = (f"--python-version={python}", "--only-binary=:all:", f"--target={tmp_path}", "--dry-run")
-    subprocess.run([sys.executable, *PIP, "install", *where, *platforms, *PINNED, *PROJECT["dependencies"]], check=True)

@@ -1,0 +1,1 @@
+"""Measurements. Each module here has `measure()`, which returns the lines of its table."""
