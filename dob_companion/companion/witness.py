@@ -1,5 +1,7 @@
 """Who is told of everything that a companion is told and answers, in order: the base of a flight recorder."""
 
+from collections.abc import Sequence
+
 from dob_companion.companion.core import Companion
 from dob_companion.mavlink import ComputerLoad
 
@@ -23,8 +25,8 @@ class Witness:
     def loaded(self, load: ComputerLoad) -> None:
         """`Companion.load` was set."""
 
-    def said(self, message: bytes) -> None:
-        """The companion answered to the call before."""
+    def said(self, messages: Sequence[bytes]) -> None:
+        """The companion answered to the calls before; the answers leave when this returns."""
 
     def turned(self, companion: Companion, now: float, took_s: float) -> str:  # noqa: ARG002
         """A turn that woke at `now` is over after `took_s`. Returns what the operator should hear, or ""."""

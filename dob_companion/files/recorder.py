@@ -9,6 +9,7 @@ import errno
 import os
 import platform
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -79,7 +80,7 @@ class FlightRecorder(Witness):
         self._snapshots = Snapshots(newborn)
         self.flight = _claim(recording.directory)
         self.lost = 0
-        self._missing = 0
+        self._interrupted, self._missing = False, 0
         self._items: list[bytes] = []
         self._now: float | None = None
         self._since = 0
@@ -114,18 +115,17 @@ class FlightRecorder(Witness):
         """The companion was told how this computer does."""
         self._items.append(json_item(Kind.LOAD, [load.uptime_ms, load.ram_usage_mib, load.ram_total_mib]))
 
-    def said(self, message: bytes) -> None:
-        """The companion answered."""
-        self._items.append(item(Kind.SAID, message))
+    def said(self, messages: Sequence[bytes]) -> None:
+        """The companion answers: hand it over before the answers leave, so that none is unknown after a crash."""
+        self._items.extend([item(Kind.SAID, message) for message in messages])
+        self._hand_over()
 
     def turned(self, companion: Companion, now: float, took_s: float) -> str:
-        """A turn of the loop is over, `took_s` after it woke: hand it over. Returns a new trouble in words, or ""."""
+        """A turn of the loop is over, `took_s` after it woke. Returns a new trouble in words, or ""."""
         self._items.append(time_item(Kind.TOOK, took_s))
-        turn = frame(self._items)
-        self._items.clear()
         self._now = None
-        self._since += len(turn)
-        if self._missing or not self._pipe.send(turn):
+        self._hand_over()
+        if self._interrupted:
             self._lose(now)
         if not self._pipe.broken and (now >= self._due_at or (self._since > CHECKPOINT_BYTES and not self._missing)):
             self._checkpoint(companion, now)
@@ -142,6 +142,13 @@ class FlightRecorder(Witness):
         if now != self._now:
             self._now = now
             self._items.append(time_item(Kind.TIME, now))
+
+    def _hand_over(self) -> None:
+        if not self._interrupted:
+            data = frame(self._items)
+            self._since += len(data)
+            self._interrupted = not self._pipe.send(data)
+        self._items.clear()
 
     def _lose(self, now: float) -> None:
         if not self.lost:
@@ -162,7 +169,7 @@ class FlightRecorder(Witness):
             return
         lost = frame([count_item(self._missing)]) if self._missing else b""
         if self._pipe.send(lost + checkpoint):
-            self._missing, self._due_at = 0, now + CHECKPOINT_S
+            self._interrupted, self._missing, self._due_at = False, 0, now + CHECKPOINT_S
 
 
 def _header(design: DobDesign, config_text: str, datagrams: bool, flight: int, now: float) -> dict[str, Any]:

@@ -23,9 +23,6 @@ from dob_companion.files.trace import GZIP, FrameReader, Kind, count_item, frame
 SYNC_S = 2.0
 """Wall time between two fdatasync: what a loss of power may cost at most."""
 
-NO_TURN = (Kind.HEADER, Kind.CHECKPOINT, Kind.LOST)
-"""Frames that are no turn of the loop begin with one of these."""
-
 _PIECE = 1 << 16
 
 
@@ -48,10 +45,11 @@ class Segment:
 
     def add(self, payload: bytes) -> None:
         """Take a frame; it reaches the disk with the next `flush`."""
-        self.unwritten += payload[0] not in NO_TURN
         self._packed += self._zip.compress(frame([payload]))
         for each in items(payload):
             match each.kind:
+                case Kind.TOOK:
+                    self.unwritten += 1
                 case Kind.TIME:
                     self._now = each.seconds
                 case Kind.RECEIVED:
@@ -132,7 +130,7 @@ class Scribe:
             elif self._segment is not None:
                 self._segment.add(payload)
             else:
-                self._untold += kind not in NO_TURN
+                self._untold += sum(each.kind is Kind.TOOK for each in items(payload))
         except OSError as problem:
             self._fail(problem)
 

@@ -1,8 +1,9 @@
 """The trace of a flight: what the companion was told and what it answered, as bytes (docs/recording.md).
 
 A segment is a gzip stream of frames, flushed after each write, so that what was written can be read whatever comes
-after. A frame is `length u32, CRC-32 u32, payload`, little-endian, one frame a turn of the loop; its payload is a
-sequence of items, `kind u8, length u32, data`. A segment begins with a HEADER and a CHECKPOINT and can be read alone.
+after. It begins with a HEADER and a CHECKPOINT and can be read alone. A frame is `length u32, CRC-32 u32, payload`,
+little-endian, and was handed over at once: it ends with answers that are about to leave, or with a turn of the loop.
+Its payload is a sequence of items, `kind u8, length u32, data`.
 
 This module needs the standard library only: the process that writes the files loads nothing else.
 """
@@ -20,7 +21,7 @@ GZIP = 16 + zlib.MAX_WBITS
 """zlib's word for a gzip stream."""
 
 LARGEST_FRAME = 1 << 24
-"""No turn is as long; a length beyond is damage."""
+"""Nothing that is handed over is as long; a length beyond is damage."""
 
 _PIECE = 64
 
@@ -51,7 +52,7 @@ class Kind(IntEnum):
     SAID = 9
     """one message that the companion answered to the verb before"""
     TOOK = 10
-    """float64: wall time of the turn in s, from waking to the last byte sent"""
+    """float64: a turn of the loop is over; its wall time in s, from waking to the last byte sent"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -137,9 +137,11 @@ def _turn(companion: Companion, link: Link, stop: Stop, witness: Witness, until:
 
 
 def _flush(companion: Companion, link: Link, witness: Witness) -> None:
-    for message in companion.bytes_to_send():
-        link.write(message)
-        witness.said(message)
+    messages = companion.bytes_to_send()
+    if messages:
+        witness.said(messages)
+        for message in messages:
+            link.write(message)
 
 
 def _load(uptime_s: float) -> ComputerLoad:

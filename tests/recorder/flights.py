@@ -42,8 +42,8 @@ class Told:
 
     def bytes_to_send(self):
         out = self.companion.bytes_to_send()
-        for message in out:
-            self.recorder.said(message)
+        if out:
+            self.recorder.said(out)
         self.companion.events()
         trouble = self.recorder.turned(self.companion, self._now, 1e-4)
         self.turns += 1

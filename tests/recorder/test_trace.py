@@ -13,7 +13,18 @@ from dob_companion.companion.replay import Replay
 from dob_companion.errors import InputError
 from dob_companion.files.playback import play_chunks
 from dob_companion.files.segments import traces_at
-from dob_companion.files.trace import GZIP, Ending, FrameReader, Kind, count_item, frame, item, read_frames, time_item
+from dob_companion.files.trace import (
+    GZIP,
+    Ending,
+    FrameReader,
+    Kind,
+    count_item,
+    frame,
+    item,
+    items,
+    read_frames,
+    time_item,
+)
 from tests.companion.aircraft import small_design
 from tests.recorder.flights import recorded, run
 
@@ -91,13 +102,9 @@ def test_one_bit_of_one_correction_is_found_and_named(trace, on_disk, capsys):
 @pytest.mark.parametrize("change", ["left out", "put in"])
 def test_a_message_too_few_or_too_many_is_found(trace, change):
     payloads = unpacked(trace)
-    number = len(payloads) - 2
-    said = item(Kind.SAID, b"\xfd")
-    payloads[number] = (
-        payloads[number] + said
-        if change == "put in"
-        else re.sub(rb"(?s)\x09.\0\0\0\xfd.*?(?=[\x04-\x0a].\0\0\0)", b"", payloads[number], count=1)
-    )
+    number = max(n for n, payload in enumerate(payloads) if b"DOB_CORR" in payload)
+    parts = [item(each.kind, each.data) for each in items(payloads[number])]
+    payloads[number] = b"".join([*parts, item(Kind.SAID, b"\xfd")] if change == "put in" else parts[:-1])
     replay, _ = replay_of(packed(payloads))
     assert "nothing" in replay.difference
 
@@ -133,7 +140,7 @@ def test_an_altered_byte_is_named_and_what_stands_before_it_is_read(trace, on_di
     assert code == 1
     assert found["damaged"]
     assert found["difference"] is None
-    assert found["turns"] > 0.5 * share * len(unpacked(trace))
+    assert found["turns"] > 0.25 * share * len(unpacked(trace))
 
 
 @pytest.mark.parametrize(
