@@ -1,5 +1,7 @@
 """The two loops that own clock and sockets: real time and lockstep."""
 
+import contextlib
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,6 +27,9 @@ LAST_ANSWER_S = 0.1
 """In real time the last sample's answer is waited for this long: as long as a correction would be held."""
 
 STATUS_S = 5.0
+
+REAL_TIME_PRIORITY = 21
+"""SCHED_FIFO priority of the real-time clock where it is granted: an autopilot's clock does not wait its turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +112,8 @@ class Loop:
 
 def fly_real_time(loop: Loop) -> int:
     """Fly on the wall clock until complete or stopped; returns the number of overruns. Raises FlightFailedError."""
+    with contextlib.suppress(OSError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REAL_TIME_PRIORITY))
     pace = Pace(DT_US * 1e-6, monotonic())
     while loop.running:
         now = monotonic()

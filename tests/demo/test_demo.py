@@ -39,6 +39,14 @@ def test_the_demo_writes_its_results_and_prints_the_same_numbers(flown):
         assert f"{result['axes'][axis]['rms_ratio']:.1f}" in row
 
 
+def test_the_readme_shows_the_table_that_the_command_prints(flown):
+    _, _, finished = flown
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    shown = readme.partition("<!-- table: make demo DEMO_ARGS=--fast -->")[2].partition("<!-- end of table -->")[0]
+    printed = finished.stdout.partition("\n  /")[0]
+    assert shown.strip().removeprefix("```").removesuffix("```").strip() == printed.strip()
+
+
 def test_the_flight_is_the_papers_and_nothing_is_lost(flown):
     _, result, _ = flown
     assert result["schema"] == "dob-companion/flight-result/1"
