@@ -12,7 +12,7 @@ from dob_companion.errors import InputError
 SPEC_NAME = "tailsitter_paper.toml"
 EXIT_TERMINATED = 128 + signal.SIGTERM
 FLIGHT_S = 78.0
-"""Rough length of the flight, for the progress bar only: take-off, two windows of 30 s, each after 2 s, and 10 s of rest."""
+"""Rough length of the flight, for the progress bar only: take-off, two windows of 30 s with their leads, a rest."""
 
 
 def add_parser(commands: Any) -> None:
