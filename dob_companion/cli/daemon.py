@@ -3,16 +3,15 @@
 import json
 import sys
 import time
-from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
 
 from dob_companion.artifact import DobDesign, check_flyable, loads
-from dob_companion.companion import Companion, CompanionConfig, Event, Status, parse_config
-from dob_companion.files import SettingsKeeper, read_text, recover_settings
+from dob_companion.cli.keeping import Keeping
+from dob_companion.companion import Companion, Event, Status, parse_config
+from dob_companion.files import read_text
 from dob_companion.files.recorder import FlightRecorder, Recording
-from dob_companion.mavlink import Severity
 from dob_companion.runtime import Notifier, open_link, parse_link_url, serve
 
 RATE_HZ = 250.0
@@ -42,18 +41,17 @@ def fly(
         link = open_link(url)
         leaving.callback(link.close)
         show(Event.info(f"design {design.sha256[:8]}: {', '.join(block.name for block in design.blocks)}"))
-        settings, keep = _kept_parameters(settings, show, leaving)
-        companion = Companion(design, settings, now=time.monotonic(), datagrams=url.datagrams)
+        keeping = Keeping(settings, show, leaving)
+        link = keeping.signed(link, url.datagrams)
+        companion = Companion(design, keeping.settings, now=time.monotonic(), datagrams=url.datagrams)
 
         def turn(now: float) -> None:
             notifier.alive(now, lambda: _in_words(companion.status()))
-            keep(companion.parameters.written)
+            keeping.turn(now, companion)
 
         recorder = None
         if recording is not None:
-            recorder = FlightRecorder(
-                recording, companion, design, text, now=time.monotonic(), datagrams=url.datagrams
-            )
+            recorder = FlightRecorder(recording, companion, design, text, now=time.monotonic(), datagrams=url.datagrams)
             leaving.callback(recorder.close)
             show(Event.info(f"recording flight {recorder.flight} to {recording.directory}"))
         leaving.callback(notifier.stopping)
@@ -69,23 +67,6 @@ def fly(
         )
     show(Event.info(_summary(companion.status())))
     return code
-
-
-def _kept_parameters(
-    settings: CompanionConfig, show: Callable[[Event], None], leaving: ExitStack
-) -> tuple[CompanionConfig, Callable[[Mapping[str, float]], None]]:
-    """The configuration with what the operator had set before on top of it, and whom to tell of what is set now."""
-    if settings.state_directory is None:
-        return settings, lambda _: None
-    directory = Path(settings.state_directory)
-    recovered, warning = recover_settings(directory)
-    if warning:
-        show(Event(Severity.WARNING, warning))
-    if recovered:
-        show(Event.info("set by the operator: " + ", ".join(f"{name} {value:g}" for name, value in recovered.items())))
-    keeper = SettingsKeeper(directory, recovered, lambda text: show(Event(Severity.WARNING, text)))
-    leaving.enter_context(keeper)
-    return replace(settings, parameters={**settings.parameters, **recovered}), keeper.keep
 
 
 def load_flyable(path: Path) -> DobDesign:

@@ -11,7 +11,7 @@ from dob_companion.errors import ConfigError
 from dob_companion.mavlink import CORRECTION_MESSAGES
 from dob_companion.supervisor import RegimeLimits
 
-KEYS = ("system", "correction_message", "parameters", "state_directory", "regime")
+KEYS = ("system", "correction_message", "parameters", "state_directory", "signing_key_file", "regime")
 REGIME_KEYS = ("throttle_floor", "kill_channel", "kill_above")
 
 
@@ -23,6 +23,7 @@ class CompanionConfig:
     correction_message  which message carries the correction
     parameters          start values that differ from the table's defaults
     state_directory     where the operator's settings are kept; None keeps nothing
+    signing_key_file    the key of MAVLink 2 signing; None means that nothing is signed or checked
     regime              when the aircraft counts as flying, and the kill switch
     """
 
@@ -30,6 +31,7 @@ class CompanionConfig:
     correction_message: str = CORRECTION_MESSAGES[0]
     parameters: Mapping[str, float] = field(default_factory=dict)
     state_directory: str | None = None
+    signing_key_file: str | None = None
     regime: RegimeLimits = field(default_factory=RegimeLimits)
 
 
@@ -46,12 +48,21 @@ def parse_config(text: str, source: str) -> CompanionConfig:
     message = table.get("correction_message", CORRECTION_MESSAGES[0])
     if message not in CORRECTION_MESSAGES:
         raise ConfigError(f"{source}: correction_message is {message!r}, expected {' or '.join(CORRECTION_MESSAGES)}")
-    state = table.get("state_directory")
-    if state is not None and not (isinstance(state, str) and state):
-        raise ConfigError(f"{source}: state_directory is {state!r}, expected a path")
     return CompanionConfig(
-        system, message, _parameters(source, table.get("parameters", {})), state, _regime(source, table)
+        system,
+        message,
+        _parameters(source, table.get("parameters", {})),
+        _path(source, table, "state_directory"),
+        _path(source, table, "signing_key_file"),
+        _regime(source, table),
     )
+
+
+def _path(source: str, table: Mapping[str, Any], key: str) -> str | None:
+    path = table.get(key)
+    if path is not None and not (isinstance(path, str) and path):
+        raise ConfigError(f"{source}: {key} is {path!r}, expected a path")
+    return path
 
 
 def _regime(source: str, table: Mapping[str, Any]) -> RegimeLimits:

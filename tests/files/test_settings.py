@@ -8,6 +8,7 @@ from dob_companion.artifact import sha256_of
 from dob_companion.companion.settings import SCHEMA, dump_settings, load_settings
 from dob_companion.errors import ConfigError, InputError
 from dob_companion.files import SettingsKeeper, recover_settings
+from dob_companion.files.latest import LatestWriter
 
 VALUES = {"DOB_GAIN": 0.1, "DOB_LIMIT": 0.25}
 
@@ -73,23 +74,24 @@ def test_a_state_directory_that_cannot_be_made_is_an_input_error(tmp_path):
         recover_settings(tmp_path / "file")
 
 
-def test_the_newest_settings_are_on_disk_when_the_keeper_has_left(tmp_path):
-    with SettingsKeeper(tmp_path, {"DOB_GAIN": 0.5}, complain=pytest.fail) as keeper:
+def test_the_newest_settings_are_on_disk_when_the_writer_has_left(tmp_path):
+    with LatestWriter(tmp_path / "parameters.json", complain=pytest.fail) as writer:
+        keeper = SettingsKeeper(writer, {"DOB_GAIN": 0.5})
         for limit in range(100):
             keeper.keep({"DOB_LIMIT": limit / 100})
     assert recover_settings(tmp_path) == ({"DOB_GAIN": 0.5, "DOB_LIMIT": 0.99}, None)
 
 
 def test_nothing_is_written_while_nothing_was_set(tmp_path):
-    with SettingsKeeper(tmp_path, {}, complain=pytest.fail) as keeper:
-        keeper.keep({})
+    with LatestWriter(tmp_path / "parameters.json", complain=pytest.fail) as writer:
+        SettingsKeeper(writer, {}).keep({})
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_disk_that_refuses_is_said_once_and_the_keeper_lives_on(tmp_path):
+def test_a_disk_that_refuses_is_said_once_and_the_writer_lives_on(tmp_path):
     said = []
-    with SettingsKeeper(tmp_path / "gone", {}, said.append) as keeper:
-        keeper.keep({"DOB_GAIN": 0.1})
-        keeper.keep({"DOB_GAIN": 0.2})
+    with LatestWriter(tmp_path / "gone" / "parameters.json", said.append) as writer:
+        writer.put("a")
+        writer.put("b")
     assert len(said) == 1
-    assert "will not survive a restart" in said[0]
+    assert "missed after a restart" in said[0]

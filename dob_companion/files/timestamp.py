@@ -1,0 +1,37 @@
+"""The newest signing timestamp on disk, so that it never runs backwards over a restart."""
+
+from pathlib import Path
+
+from dob_companion.errors import InputError
+from dob_companion.files.atomic import read_text
+from dob_companion.files.latest import LatestWriter
+
+NAME = "signing-timestamp"
+EVERY_S = 30.0
+"""Wall time between two writes."""
+
+AHEAD = 6_000_000
+"""Added to what is read, in ticks of 10 µs: one minute, more than can have passed since the last write."""
+
+
+def recover_timestamp(directory: Path) -> int:
+    """Where to go on from; 0 when nothing usable is there, and the clock alone decides."""
+    try:
+        text = read_text(directory / NAME).strip()
+    except InputError:
+        return 0
+    return int(text) + AHEAD if text.isascii() and text.isdigit() and len(text) <= 15 else 0
+
+
+class TimestampKeeper:
+    """Hands the timestamp to a `LatestWriter` now and then."""
+
+    def __init__(self, writer: LatestWriter) -> None:
+        self._writer = writer
+        self._next = float("-inf")
+
+    def keep(self, now: float, timestamp: int) -> None:
+        """Called in every turn of the loop."""
+        if now >= self._next:
+            self._next = now + EVERY_S
+            self._writer.put(f"{timestamp}\n")

@@ -1,0 +1,143 @@
+"""MAVLink 2 message signing (https://mavlink.io/en/guide/message_signing.html), as a gate before the codec. Pure.
+
+A frame passes if it bears the signature of our key and a timestamp newer than the last of its stream (link id, system,
+component). The gate drops the others and counts them; what passes is left as it came, so that neither the codec nor a
+recorder needs the key.
+
+pymavlink's own check takes note of a timestamp before it looks at the signature, so that one forged frame from the far
+future locks its victim out. Here the signature comes first.
+"""
+
+import hmac
+from collections.abc import Iterator
+from dataclasses import dataclass
+from hashlib import sha256
+
+from pymavlink.dialects.v20 import common as mav
+
+KEY_BYTES = 32
+TICK_S = 1e-5
+"""Unit of a timestamp, counted from 2015-01-01 GMT."""
+
+EPOCH_UNIX_S = 1_420_070_400
+OLDEST_NEW_STREAM = 6_000_000
+"""A stream not heard before may lag our own timestamp by one minute, in ticks (the standard's rule)."""
+
+V1, V2 = 0xFE, 0xFD
+_SIGNED = 0x01
+_HEADER_V1, _HEADER_V2, _CRC, _SIGNATURE = 6, 10, 2, 13
+_LAST_TIMESTAMP = (1 << 48) - 1
+
+
+@dataclass(slots=True)
+class SigningCounters:
+    """What the gate did. `unsigned` counts MAVLink 1 as well; `replayed` whatever bears our key and is too old."""
+
+    admitted: int = 0
+    unsigned: int = 0
+    wrong: int = 0
+    replayed: int = 0
+
+    @property
+    def refused(self) -> int:
+        """Frames that did not pass."""
+        return self.unsigned + self.wrong + self.replayed
+
+
+def ticks(unix_s: float) -> int:
+    """The timestamp of a moment, from seconds since 1970; 0 for a clock that stands before 2015."""
+    return max(0, int((unix_s - EPOCH_UNIX_S) / TICK_S))
+
+
+class SigningGate:
+    """One key on one link. `timestamp` is the newest used or heard; it must be carried over a restart.
+
+    `datagrams` tells whether data come as whole datagrams or as pieces of a byte stream.
+    """
+
+    def __init__(self, key: bytes, timestamp: int, *, link_id: int = 0, datagrams: bool = True) -> None:
+        if len(key) != KEY_BYTES:
+            raise ValueError(f"a signing key has {KEY_BYTES} bytes, not {len(key)}")
+        self.counters = SigningCounters()
+        self.timestamp = timestamp
+        self._key = key
+        self._link_id = link_id
+        self._datagrams = datagrams
+        self._streams: dict[tuple[int, int, int], int] = {}
+        self._rest = b""
+
+    def sign(self, message: bytes, now: int) -> bytes:
+        """A packed MAVLink 2 message of ours with its signature; `now` is the clock in ticks, which may jump."""
+        self.timestamp = min(max(now, self.timestamp + 1), _LAST_TIMESTAMP)
+        frame = bytearray(message[:-_CRC])
+        frame[2] |= _SIGNED
+        checksum = mav.x25crc(frame[1:] + bytes([mav.mavlink_map[_number(message)].crc_extra])).crc
+        frame += checksum.to_bytes(2, "little")
+        frame += bytes([self._link_id]) + self.timestamp.to_bytes(6, "little")
+        return bytes(frame) + self._signature(frame)
+
+    def admit(self, data: bytes) -> bytes:
+        """The frames in `data` that pass, as they came."""
+        return b"".join(frame for frame in self._frames(self._rest + data) if self._passes(frame))
+
+    def _frames(self, data: bytes) -> Iterator[bytes]:
+        """Whole frames with a right checksum, and in `_rest` what may become one. Garbage and messages that we do not
+        know are left out: nobody behind us reads them."""
+        at = 0
+        while at < len(data):
+            size = _size(data, at)
+            if at + size > len(data) and not self._datagrams:
+                break  # the rest of it is still to come
+            frame = data[at : at + size]
+            number = _number(frame) if len(frame) == size > 3 else None
+            if number is None:
+                at += 1
+            elif number not in mav.mavlink_map:
+                at += size if data[at + size : at + size + 1] in (b"", b"\xfd", b"\xfe") else 1
+            elif _checksum_holds(frame, mav.mavlink_map[number].crc_extra):
+                yield frame
+                at += size
+            else:
+                at += 1  # a start mark within something else
+        self._rest = b"" if self._datagrams else data[at:]
+
+    def _passes(self, frame: bytes) -> bool:
+        if frame[0] != V2 or not frame[2] & _SIGNED:
+            self.counters.unsigned += 1
+            return False
+        if not hmac.compare_digest(self._signature(frame[:-6]), frame[-6:]):
+            self.counters.wrong += 1
+            return False
+        stamp, stream = int.from_bytes(frame[-12:-6], "little"), (frame[-13], frame[5], frame[6])
+        if stamp <= self._streams.get(stream, self.timestamp - OLDEST_NEW_STREAM):
+            self.counters.replayed += 1
+            return False
+        self._streams[stream] = stamp
+        self.timestamp = max(self.timestamp, stamp)
+        self.counters.admitted += 1
+        return True
+
+    def _signature(self, signed: bytes | bytearray) -> bytes:
+        return sha256(self._key + signed).digest()[:6]
+
+
+def _size(data: bytes, at: int) -> int:
+    """Size of the frame that begins at `at`; 1 where none begins, 3 while its header has not come."""
+    if data[at] not in (V1, V2):
+        return 1
+    if at + 3 > len(data):
+        return 3
+    if data[at] == V1:
+        return _HEADER_V1 + data[at + 1] + _CRC
+    return _HEADER_V2 + data[at + 1] + _CRC + (_SIGNATURE if data[at + 2] & _SIGNED else 0)
+
+
+def _number(frame: bytes) -> int:
+    """Number of the message in a whole frame."""
+    return frame[5] if frame[0] == V1 else frame[7] | frame[8] << 8 | frame[9] << 16
+
+
+def _checksum_holds(frame: bytes, crc_extra: int) -> bool:
+    end = len(frame) - (_SIGNATURE if frame[0] == V2 and frame[2] & _SIGNED else 0)
+    covered = frame[1 : end - _CRC] + bytes([crc_extra])
+    return bool(mav.x25crc(covered).crc == int.from_bytes(frame[end - _CRC : end], "little"))

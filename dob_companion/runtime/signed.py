@@ -1,0 +1,41 @@
+"""A link with MAVLink 2 signing: what goes out is signed, and only what is rightly signed comes in."""
+
+import time
+
+from dob_companion.mavlink.signing import SigningGate, ticks
+from dob_companion.runtime.links import Link
+
+MOST_REFUSED = 256
+"""Pieces refused in a row before the loop gets its turn: a flood must not keep it from its deadlines."""
+
+
+class SignedLink:
+    """A `Link` around another, with a gate in between. The computer's clock gives the timestamps as long as it runs
+    forwards; the gate keeps them increasing when it does not."""
+
+    def __init__(self, link: Link, gate: SigningGate) -> None:
+        self._link = link
+        self._gate = gate
+
+    def fileno(self) -> int:
+        """See `Link`."""
+        return self._link.fileno()
+
+    def read(self) -> bytes | None:
+        """The next piece that holds something admitted; None when there is nothing more, or enough was refused."""
+        for _ in range(MOST_REFUSED):
+            data = self._link.read()
+            if data is None:
+                return None
+            admitted = self._gate.admit(data)
+            if admitted:
+                return admitted
+        return None
+
+    def write(self, data: bytes) -> None:
+        """Sign one message and send it."""
+        self._link.write(self._gate.sign(data, ticks(time.time())))
+
+    def close(self) -> None:
+        """See `Link`."""
+        self._link.close()
