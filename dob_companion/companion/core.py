@@ -9,6 +9,7 @@
 correction runs on the vehicle's stamps (`dob`), so the companion behaves the same in lockstep.
 """
 
+import math
 from dataclasses import dataclass
 
 from dob_companion import __version__
@@ -37,6 +38,7 @@ from dob_companion.mavlink import (
     Severity,
     Speaker,
     StreamRequest,
+    TimesyncReply,
     TimesyncRequest,
     rc_stream,
     sitl_streams,
@@ -69,13 +71,16 @@ class Event:
 class Status:
     """A picture of the moment. `why` says what speaks against injecting, "" when nothing does.
 
-    Moments in normalized torque, hover axes; rate in Hz; delay in samples.
+    Moments in normalized torque, hover axes; rate in Hz; delay, its median and 95th percentile, in samples; round trip
+    of TIMESYNC in s, None while none was measured.
     """
 
     state: State
     why: str
     rate_hz: float
     delay_samples: int
+    delay_p95_samples: int
+    round_trip_s: float | None
     d_hat: tuple[float, float, float]
     correction: tuple[float, float, float]
     stepped: int
@@ -172,11 +177,14 @@ class Companion:
     def status(self) -> Status:
         """The moment, for whoever shows it."""
         loop, counters = self.loop, self.loop.samples.counters
+        round_trip = loop.round_trip.percentile(0.5)
         return Status(
             loop.state,
             loop.why,
             loop.gate.rate.hz,
             loop.gate.delay_median,
+            loop.gate.delay.percentile(0.95),
+            None if math.isnan(round_trip) else round_trip,
             (float(loop.d_hat[0]), float(loop.d_hat[1]), float(loop.d_hat[2])),
             loop.answer.correction if loop.answer else (0.0, 0.0, 0.0),
             counters.stepped,
@@ -211,6 +219,8 @@ class Companion:
                 self._acknowledged(fact, now)
             case CommandForUs():
                 self._out.append(self._speaker.unsupported(fact))
+            case TimesyncReply():
+                self.loop.round_trip.add(now - fact.ts1_ns * 1e-9)
             case TimesyncRequest():
                 self._out.append(self._speaker.timesync(fact, round(now * 1e9)))
 
@@ -267,6 +277,7 @@ class Companion:
         self._out.append(self._speaker.heartbeat(fault=self.loop.state is State.FAULT))
         if self.vehicle is None:
             return
+        self._out.append(self._speaker.ask_time(round(now * 1e9)))
         self._out.append(self._speaker.computer_status(self.loop.samples.newest_us or 0, self.load))
         rate = self.loop.gate.rate
         if now - self._heard_gyro >= SILENCE_S or (rate.full and rate.hz < 0.95 / self.loop.dt):

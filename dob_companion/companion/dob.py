@@ -15,7 +15,16 @@ from dob_companion.companion.samples import Arrival, Samples
 from dob_companion.companion.watch import Watch
 from dob_companion.mavlink import AppliedMoment, GyroSample
 from dob_companion.observer import ObserverBank
-from dob_companion.supervisor import Conditions, CorrectionShaper, LinkGate, RegimeLimits, State, Supervisor, Transition
+from dob_companion.supervisor import (
+    Conditions,
+    CorrectionShaper,
+    LinkGate,
+    RegimeLimits,
+    RoundTrip,
+    State,
+    Supervisor,
+    Transition,
+)
 
 Vector = NDArray[np.float64]
 
@@ -51,6 +60,7 @@ class DobLoop:
         p95 = min(block.delay_samples + block.certificate.delay_margin_samples for block in design.blocks)
         self.dt = design.dt
         self.gate = LinkGate(1.0 / design.dt, delay, p95 - delay)
+        self.round_trip = RoundTrip()
         self.samples = Samples(design.dt)
         self.watch = Watch(design, limits or RegimeLimits())
         self.supervisor = Supervisor()
@@ -125,7 +135,8 @@ class DobLoop:
             self._fail("applied moment not finite")
             return
         if self.samples.moment(applied.stamp_us, np.array(applied.moment)):
-            self.gate.delay.add(applied.stamp_us, applied.age_samples)
+            age = applied.age_samples
+            self.gate.delay.add(applied.stamp_us, self.round_trip.delay_samples(self.dt) if math.isnan(age) else age)
             self._latch(self.watch.applied(applied))
 
     def operator_wrote(self) -> None:

@@ -14,6 +14,7 @@ from dob_companion.mavlink.facts import (
     ParamWrite,
     RcChannels,
     Sender,
+    TimesyncReply,
     TimesyncRequest,
 )
 from dob_companion.mavlink.speaker import (
@@ -48,6 +49,7 @@ __all__ = [
     "Severity",
     "Speaker",
     "StreamRequest",
+    "TimesyncReply",
     "TimesyncRequest",
     "WireCounters",
     "rc_stream",

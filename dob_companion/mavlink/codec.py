@@ -20,6 +20,7 @@ from dob_companion.mavlink.facts import (
     ParamWrite,
     RcChannels,
     Sender,
+    TimesyncReply,
     TimesyncRequest,
 )
 
@@ -189,9 +190,9 @@ def _command(codec: Codec, m: Any) -> Fact | None:
 
 
 def _timesync(codec: Codec, m: Any) -> Fact | None:
-    if m.tc1 != 0 or not codec.from_autopilot(m):
+    if not codec.from_autopilot(m):
         return None
-    return TimesyncRequest(m.ts1)
+    return TimesyncRequest(m.ts1) if m.tc1 == 0 else TimesyncReply(m.ts1)
 
 
 _READERS: dict[int, Callable[[Codec, Any], Fact | None]] = {

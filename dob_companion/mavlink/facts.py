@@ -121,6 +121,13 @@ class TimesyncRequest:
     ts1_ns: int
 
 
+@dataclass(frozen=True, slots=True)
+class TimesyncReply:
+    """The vehicle's answer to our TIMESYNC: `ts1_ns` is our own clock when we asked."""
+
+    ts1_ns: int
+
+
 Fact = (
     GyroSample
     | AppliedMoment
@@ -133,4 +140,5 @@ Fact = (
     | CommandAck
     | CommandForUs
     | TimesyncRequest
+    | TimesyncReply
 )

@@ -142,6 +142,10 @@ class Speaker:
             )
         )
 
+    def ask_time(self, now_ns: int) -> bytes:
+        """Our clock, to have it back with the vehicle's: the round trip."""
+        return self._pack(mav.MAVLink_timesync_message(0, now_ns))
+
     def timesync(self, request: TimesyncRequest, now_ns: int) -> bytes:
         """Our clock beside the asker's."""
         return self._pack(mav.MAVLink_timesync_message(now_ns, request.ts1_ns))

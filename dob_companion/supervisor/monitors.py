@@ -10,6 +10,9 @@ UNKNOWN_AGE = 255
 """Counted for a sample whose correction age the vehicle does not know: worse than any that may be injected with."""
 
 
+LONGEST_ROUND_TRIP_S = 10.0
+
+
 class RateMonitor:
     """Samples per second of vehicle time over the last 2 s."""
 
@@ -72,6 +75,35 @@ class DelayMonitor:
         """Forget all ages."""
         self._ages.clear()
         self._counts.clear()
+
+
+class RoundTrip:
+    """TIMESYNC round trips of wall time: what the link itself takes, there and back.
+
+    It is shown, and stands in for the delay where a vehicle does not report the age of a correction.
+    """
+
+    __slots__ = ("_seconds",)
+
+    def __init__(self) -> None:
+        self._seconds: deque[float] = deque(maxlen=64)
+
+    def add(self, seconds: float) -> None:
+        """One measured round trip; a negative or absurd one (a stranger's echo) is left out."""
+        if 0.0 <= seconds <= LONGEST_ROUND_TRIP_S:
+            self._seconds.append(seconds)
+
+    def percentile(self, share: float) -> float:
+        """Round trip, s, that at least `share` (0…1) of the recent ones do not exceed; nan without any."""
+        if not self._seconds:
+            return math.nan
+        ordered = sorted(self._seconds)
+        return ordered[min(len(ordered) - 1, math.ceil(share * len(ordered)) - 1 if share > 0 else 0)]
+
+    def delay_samples(self, dt: float) -> float:
+        """Estimated age of a correction in samples: 1 + floor(median round trip / dt); nan without any."""
+        median = self.percentile(0.5)
+        return math.nan if math.isnan(median) else 1.0 + median // dt
 
 
 class Hysteresis:

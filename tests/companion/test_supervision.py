@@ -5,7 +5,7 @@ import pytest
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.companion import Companion, CompanionConfig, parse_config
-from dob_companion.supervisor import State
+from dob_companion.supervisor import RoundTrip, State
 from tests.companion.aircraft import Aircraft, aircraft, corrections, small_design, texts
 
 
@@ -191,3 +191,27 @@ def test_right_axes_are_enabled():
         if k == 700:
             plane.write("DOB_ENABLE", 1.0)
     assert plane.companion.status().state is State.ACTIVE
+
+
+def test_the_round_trip_is_measured_and_stands_in_for_an_age_that_the_vehicle_does_not_report():
+    plane = aircraft()
+    plane.age = float("nan")
+    plane.heartbeat()
+
+    def fly(samples, later):
+        for _ in range(samples):
+            plane.pair()
+            for asked in [m for m in plane.said if m.get_type() == "TIMESYNC" and m.tc1 == 0]:
+                plane.said.remove(asked)
+                plane.now += later
+                plane.deliver(mav.MAVLink_timesync_message(1, asked.ts1))
+
+    fly(900, 0.001)
+    assert plane.companion.status().round_trip_s == pytest.approx(0.005, abs=1e-6)
+    assert plane.companion.status().delay_samples == 2
+    plane.write("DOB_ENABLE", 1.0)
+    plane.until(State.ACTIVE)
+    plane.companion.loop.round_trip = RoundTrip()
+    fly(1500, 0.03)
+    assert plane.companion.status().delay_samples == 9
+    assert plane.companion.status().state is not State.ACTIVE
