@@ -112,8 +112,8 @@ def compare(
     """Every axis of a design, each against the other methods over `seeds` flights; `progress` hears what is at work.
 
     Raises SpecError for a block of several axes or a plant with a direct term (the other methods know neither), and
-    UnsolvableError when the attitude loop around a block is unstable with the observer off. Messages begin with
-    `source`.
+    UnsolvableError when the attitude loop around a block is unstable, with the observer off or with the design's own.
+    Messages begin with `source`.
     """
     for block in design.blocks:
         if len(block.axes) > 1:
@@ -132,34 +132,21 @@ def _compare(block: DobBlock, dt: float, seeds: int, source: str, progress: Call
         raise UnsolvableError(
             f"{source}: block {block.name!r}: the attitude loop ({vehicle.attitude_gain:g} 1/s) around it is unstable"
         )
+    observer, weight = _system(block.observer, dt), _system(block.problem.disturbance_weight, dt)
     progress(f"{axis}: weather of {seeds} seeds")
     weather = make_weather(vehicle, PEAKS_OFF[axis], seeds)
-    observer, weight = _system(block.observer, dt), _system(block.problem.disturbance_weight, dt)
-    judge = Judge.by(vehicle, weather.typical_scale, observer)
+    try:
+        judge = Judge.by(vehicle, weather.typical_scale, observer)
+    except ValueError as problem:
+        raise UnsolvableError(f"{source}: block {block.name!r}: {problem}") from None
     entries = [
         Entry("off", "no observer", "", no_observer(dt), SOURCES["off"]),
         Entry("hinf", "H∞, this design", f"γ {block.certificate.gamma:.4g}", observer, SOURCES["hinf"]),
     ]
-    absent: list[tuple[str, str]] = []
-    for method in methods(vehicle, weight, judge.scale):
-        progress(f"{axis}: tuning {method.name}")
-        try:
-            best = tune(method.families, judge)
-        except NotApplicableError as reason:
-            absent.append((method.name, str(reason)))
-            continue
-        if best is None:
-            absent.append((method.name, "no setting keeps the rule"))
-            continue
-        entries.append(Entry(method.key, method.name, best.settings, best.observer, method.source))
-    for plain in stated(vehicle, weight, judge.scale):
-        try:
-            entries.append(Entry(plain.key, plain.name, plain.settings, plain.build(), plain.source, tuned=False))
-        except NotApplicableError as reason:
-            absent.append((plain.name, str(reason)))
+    others, absent = _others(judge, weight, lambda name: progress(f"{axis}: tuning {name}"))
     off = rms(_flown(vehicle, no_observer(dt), weather))
     rows = []
-    for entry in entries:
+    for entry in entries + others:
         progress(f"{axis}: flying {entry.name}")
         rows.append(_measure(entry, judge, weather, off))
     return AxisComparison(
@@ -167,12 +154,38 @@ def _compare(block: DobBlock, dt: float, seeds: int, source: str, progress: Call
     )
 
 
+def _others(judge: Judge, weight: Any, progress: Callable[[str], None]) -> tuple[list[Entry], list[tuple[str, str]]]:
+    """The other methods' observers, and (name, reason) of those that have none; all of them stable on the plant."""
+    found, absent = [], []
+    for method in methods(judge.vehicle, weight, judge.scale):
+        progress(method.name)
+        try:
+            best = tune(method.families, judge)
+        except NotApplicableError as reason:
+            absent.append((method.name, str(reason)))
+            continue
+        if best is None:
+            absent.append((method.name, "no setting keeps the rule"))
+        else:
+            found.append(Entry(method.key, method.name, best.settings, best.observer, method.source))
+    for plain in stated(judge.vehicle, weight, judge.scale):
+        try:
+            observer = plain.build()
+        except NotApplicableError as reason:
+            absent.append((plain.name, str(reason)))
+            continue
+        if expect(close(judge.vehicle, observer), judge.scale) is None:
+            absent.append((plain.name, "unstable on the plant it was designed for"))
+        else:
+            found.append(Entry(plain.key, plain.name, plain.settings, observer, plain.source, tuned=False))
+    return found, absent
+
+
 def _measure(entry: Entry, judge: Judge, weather: Weather, off: Array) -> Row:
     vehicle, observer = judge.vehicle, entry.observer
     loop = close(vehicle, observer)
     expected, theta = expect(loop, judge.scale), attitude(loop, weather.d, weather.n)
-    if expected is None:
-        raise UnsolvableError(f"{entry.name}: unstable on the very plant it was designed for")
+    assert expected is not None, f"{entry.name} came into the table without being stable"
     noise_peak = judge.responses.noise_peak(observer)
     return Row(
         key=entry.key,

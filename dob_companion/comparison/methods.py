@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from dob_companion.comparison.conventional import INVERSES, conventional
-from dob_companion.comparison.eso import extended_state_observer
+from dob_companion.comparison.eso import extended_state_observer, integrator_chain_observer
 from dob_companion.comparison.flight import DISTURBANCE_HZ, NOISE_SIGMA
 from dob_companion.comparison.indi import indi
 from dob_companion.comparison.kalman import kalman
@@ -106,7 +106,10 @@ def methods(vehicle: Vehicle, weight: Any, scale: float) -> tuple[Method, ...]:
             "eso",
             "extended-state observer",
             SOURCES["eso"],
-            (Family("", (bandwidth("ω₀ / 2π"),), partial(extended_state_observer, plant, delay)),),
+            (
+                Family("with the model", (bandwidth("ω₀ / 2π"),), partial(extended_state_observer, plant, delay)),
+                Family("integrators", (bandwidth("ω₀ / 2π"),), partial(integrator_chain_observer, plant, delay)),
+            ),
         ),
         Method("indi", "INDI", SOURCES["indi"], (Family("", (bandwidth("H"),), partial(indi, plant)),)),
     )

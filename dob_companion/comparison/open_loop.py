@@ -27,6 +27,7 @@ from dob_companion.comparison.rational import (
     ON_CIRCLE,
     NotApplicableError,
     Roots,
+    leading_gain,
     observer_from,
     polynomial,
     power,
@@ -46,8 +47,10 @@ def open_loop_hinf(plant: Any, delay: int, weight: tuple[Array, Array]) -> Any:
     g, (w_num, w_den) = roots_of(plant), weight
     gamma, a = optimal_all_pass(g, delay, weight)
     below = product(w_num, reversed_in_z(a))
-    estimate = np.polysub(below, gamma * product(a, w_den))  # 1 - E = estimate / below
-    left = _padded(np.asarray(estimate, dtype=float), len(below))[delay + g.relative_degree :]  # the rest is 0
+    above = gamma * product(a, w_den)  # E = above / below
+    longest = max(len(above), len(below))
+    estimate = _padded(below, longest) - _padded(above, longest)  # of 1 - E
+    left = estimate[longest - len(below) + delay + g.relative_degree :]  # what stands before is 0
     shared = np.asarray(np.polydiv(left, polynomial(g.outer))[0], dtype=float)  # without remainder
     ahead = power(delay)
     return observer_from(
@@ -62,7 +65,8 @@ def optimal_all_pass(g: Roots, delay: int, weight: tuple[Array, Array]) -> tuple
     """(gamma, a): W E = gamma a(z) / reversed a(z), a in descending powers of z. |gamma| is the optimal norm."""
     if np.any(np.abs(g.outer) <= 1.0 + ON_CIRCLE):
         raise NotApplicableError("the open-loop design needs a plant without zeros on the unit circle")
-    nodes = np.concatenate([np.zeros(delay + g.relative_degree), 1.0 / g.outer])
+    at_infinity = delay + g.relative_degree + len(weight[1]) - len(weight[0])  # W's own zeros there count
+    nodes = np.concatenate([np.zeros(at_infinity), 1.0 / g.outer])
     n = len(nodes)
     T = np.eye(n, k=-1)
     T[:, -1] = -polynomial(nodes)[:0:-1]
@@ -74,9 +78,13 @@ def optimal_all_pass(g: Roots, delay: int, weight: tuple[Array, Array]) -> tuple
 
 
 def polynomials(weight: Any) -> tuple[Array, Array]:
-    """(num, den) of a SISO weight with a direct term."""
-    num, den = polynomial(weight.zeros().astype(complex)), polynomial(weight.poles().astype(complex))
-    return num * float(weight.D[0, 0]), den
+    """(num, den) of a weight. Raises NotApplicableError unless it is SISO with its zeros inside the unit circle."""
+    if weight.D.shape != (1, 1):
+        raise NotApplicableError("the open-loop design needs a W_d of one input")
+    zeros, poles = np.asarray(weight.zeros(), dtype=complex), np.asarray(weight.poles(), dtype=complex)
+    if np.any(np.abs(zeros) >= 1.0 - ON_CIRCLE):
+        raise NotApplicableError("the open-loop design needs a W_d whose zeros lie inside the unit circle")
+    return polynomial(zeros, leading_gain(weight, len(poles) - len(zeros))), polynomial(poles)
 
 
 def _at(p: Array, T: Array) -> Array:

@@ -40,11 +40,18 @@ class Roots:
 def roots_of(plant: Any) -> Roots:
     """Roots and gain of a SISO system without a direct term."""
     zeros, poles = np.asarray(plant.zeros(), dtype=complex), np.asarray(plant.poles(), dtype=complex)
-    reach = plant.B
-    for _ in range(len(poles) - len(zeros) - 1):
-        reach = plant.A @ reach
     outside = np.abs(zeros) >= 1.0 - ON_CIRCLE
-    return Roots(zeros[~outside], zeros[outside], poles, float((plant.C @ reach)[0, 0]))
+    return Roots(zeros[~outside], zeros[outside], poles, leading_gain(plant, len(poles) - len(zeros)))
+
+
+def leading_gain(system: Any, relative_degree: int) -> float:
+    """The gain beside monic factors: the first value of a SISO system's impulse response that is not 0."""
+    if relative_degree == 0:
+        return float(system.D[0, 0])
+    reach = system.B
+    for _ in range(relative_degree - 1):
+        reach = system.A @ reach
+    return float((system.C @ reach)[0, 0])
 
 
 def polynomial(roots: Complex, gain: float = 1.0) -> Array:

@@ -23,7 +23,8 @@ from dob_companion.comparison.vehicle import Vehicle, close
 SLACK = 1.001
 """The price may be exceeded by a thousandth: the bounds themselves are measured numbers."""
 
-ZOOMS = 3
+FINEST = 0.01
+"""The search ends when neighbouring settings differ by no more than this share."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +106,8 @@ def tune(families: Sequence[Family], judge: Judge) -> Tuned | None:
 def _tune(family: Family, judge: Judge) -> Tuned | None:
     spans = [(np.log(k.low), np.log(k.high), k.points) for k in family.knobs]
     best, least, where = None, np.inf, np.zeros(len(spans))
-    for _ in range(ZOOMS + 1):
+    steps = np.full(len(spans), np.inf)
+    while np.max(steps) > FINEST:
         steps = np.array([(high - low) / (points - 1) for low, high, points in spans])
         axes = [np.linspace(*span) for span in spans]
         for point in np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes)):

@@ -7,7 +7,7 @@ from scipy import signal
 
 from dob_companion.comparison.augmented import augment
 from dob_companion.comparison.conventional import approximate_inverse, conventional
-from dob_companion.comparison.eso import extended_state_observer
+from dob_companion.comparison.eso import extended_state_observer, integrator_chain, integrator_chain_observer
 from dob_companion.comparison.flight import NOISE_SIGMA, disturbance_pole
 from dob_companion.comparison.indi import actuator_model, indi
 from dob_companion.comparison.kalman import kalman, steady_gain
@@ -19,12 +19,11 @@ from tests.synthesis.paper import DT, PID, PLANT, W_D
 
 ANGLES = np.linspace(1e-3, np.pi, 400)
 SIGMA = 0.05
-SLOW_OUTER_ZERO = zpk([1.2, 0.5], [0.97, 0.9, 0.3], -0.2, DT)
 PLANTS = {
     "paper": PLANT,
     "minimum phase": zpk([-0.9], [1.0, 0.9447], 0.2, DT),
-    "slow zero outside": SLOW_OUTER_ZERO,
-    "complex zeros outside": zpk([1.1 + 0.4j, 1.1 - 0.4j], [0.99, 0.9, 0.5], 0.1, DT),
+    "slow zero outside": zpk([1.2, 0.5], [0.97, 0.9, 0.8], -0.2, DT),
+    "complex zeros outside": zpk([1.1 + 0.4j, 1.1 - 0.4j], [0.99, 0.9, 0.8], 0.1, DT),
 }
 METHODS = {
     "ZPETC": lambda plant: conventional(plant, "ZPETC", 2, 10.0),
@@ -32,6 +31,7 @@ METHODS = {
     "open-loop": lambda plant: open_loop_hinf(plant, 1, polynomials(W_D)),
     "kalman": lambda plant: kalman(plant, 1, 1.0, SIGMA, NOISE_SIGMA),
     "eso": lambda plant: extended_state_observer(plant, 1, 10.0),
+    "eso, integrators": lambda plant: integrator_chain_observer(plant, 1, 10.0),
     "indi": lambda plant: indi(plant, 10.0),
 }
 
@@ -117,6 +117,16 @@ def test_all_poles_of_the_extended_state_observer_lie_where_they_were_asked(plan
     assert np.poly(D.A) == pytest.approx(wanted, rel=1e-6, abs=1e-8)
 
 
+def test_the_chain_of_integrators_is_the_plant_where_its_poles_are_slow():
+    """b_0 = 1735 rad/s² per unit times the lag's 14.2 1/s, to the accuracy of reading them in z."""
+    chain = integrator_chain(PLANT)
+    assert (chain.C @ chain.A @ chain.B - chain.C @ chain.B)[0, 0] / DT**2 == pytest.approx(1735.0 * 14.2, rel=0.05)
+    at = np.array([1.0])
+    assert response(chain, at)[0, 0, 0] == pytest.approx(response(PLANT, at)[0, 0, 0], rel=0.15)
+    with pytest.raises(NotApplicableError, match="slow poles"):
+        integrator_chain(zpk([], [1.0, 0.5], 0.1, DT))
+
+
 @pytest.mark.parametrize("noise", [NOISE_SIGMA, 30.0 * NOISE_SIGMA])
 def test_the_kalman_gain_is_where_a_long_riccati_recursion_ends(noise):
     model = augment(PLANT, disturbance_pole(DT))
@@ -160,6 +170,21 @@ def test_the_open_loop_error_is_all_pass_at_its_optimum(plant):
     D = response(open_loop_hinf(plant, 1, polynomials(W_D)), ANGLES)[:, 0, :]
     left = 1.0 - np.exp(-1j * ANGLES) * D[:, 0] * scalar(plant)
     assert np.abs(scalar(W_D) * left) == pytest.approx(abs(gamma), rel=1e-6)
+
+
+@pytest.mark.parametrize("weight", [zpk([], [0.99], 0.05, DT), zpk([0.3, -0.2], [0.99, 0.8], 2.0, DT)])
+def test_the_open_loop_design_takes_any_stable_weight_of_one_input(weight):
+    gamma, _ = optimal_all_pass(roots_of(PLANT), 1, polynomials(weight))
+    D = response(open_loop_hinf(PLANT, 1, polynomials(weight)), ANGLES)[:, 0, :]
+    left = 1.0 - np.exp(-1j * ANGLES) * D[:, 0] * scalar(PLANT)
+    assert np.abs(scalar(weight) * left) == pytest.approx(abs(gamma), rel=1e-6)
+
+
+def test_a_weight_that_the_open_loop_design_cannot_use_is_named():
+    with pytest.raises(NotApplicableError, match="inside the unit circle"):
+        polynomials(zpk([1.2], [0.9], 1.0, DT))
+    with pytest.raises(NotApplicableError, match="one input"):
+        polynomials(ct.ss([], [], [], [[1.0, 1.0]], DT))
 
 
 def test_indi_reads_effectiveness_lag_and_delay_off_the_plant():
