@@ -31,9 +31,10 @@ def comparison_table(axis: AxisComparison) -> str:
     tuned = [_cells(row) for row in axis.rows if row.tuned]
     plain = [_cells(row) for row in axis.rows if not row.tuned]
     widths = [max(map(len, column)) for column in zip(_COLUMNS, *tuned, *plain, strict=True)]
+    flights = len(axis.rows[0].attenuation)
     lines = [
-        f"{axis.axis}: RMS attitude error off / on, mean ± standard deviation over {len(axis.rows[0].attenuation)} "
-        f"flights; link delay {axis.delay}; peak {axis.peak_off:g} rad with the observer off",
+        f"{axis.axis}: RMS attitude error off / on, mean ± standard deviation over {flights} "
+        f"flight{'s' * (flights > 1)}; link delay {axis.delay}; peak {axis.peak_off:g} rad with the observer off",
         _line(_COLUMNS, widths),
         *(_line(cells, widths) for cells in tuned),
     ]
