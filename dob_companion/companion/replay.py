@@ -141,4 +141,4 @@ class Replay:
         self.difference = f"turn {self.turns + 1}, t = {self._time:.6f} s: {what}"
 
     def _words(self, message: bytes) -> str:
-        return repr(self._spoken.read(message) or message.hex()) if message else "nothing"
+        return self._spoken.in_words(message) if message else "nothing"

@@ -23,19 +23,9 @@ ROOMS = ("artifact", "companion", "mavlink", "observer", "supervisor")
 """Whose objects are looked into, and whose dataclasses and enumerations may be values."""
 
 PARSER = {
-    "MAVLink": (
-        "seq",
-        "srcSystem",
-        "srcComponent",
-        "buf",
-        "buf_index",
-        "expected_length",
-        "have_prefix_error",
-        "signing",
-    ),
-    "MAVLinkSigning": ("timestamp", "link_id", "sign_outgoing", "stream_timestamps"),
+    "MAVLink": ("seq", "srcSystem", "srcComponent", "buf", "buf_index", "expected_length", "have_prefix_error"),
 }
-"""What of pymavlink's objects is state. Keys of signatures are no part of it: a log is given away."""
+"""What of pymavlink's objects is state."""
 
 _PLAIN = (bool, int, float, str, type(None))
 _IN_PLACE = (list, deque, set, dict)

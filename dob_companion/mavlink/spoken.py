@@ -1,5 +1,6 @@
 """What a companion said, read back from its own messages: for those who look at a recorded flight."""
 
+import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -7,6 +8,8 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.mavlink.facts import Axes3
+
+_LONGEST = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +51,20 @@ class SpokenReader:
 
     def read(self, message: bytes) -> Spoken | None:
         """What the message says; None when it is none of these."""
-        try:
-            found = self._parser.decode(bytearray(message))
-        except mav.MAVError:
-            return None
-        read = _READERS.get(found.get_msgId())
+        found = self._decoded(message)
+        read = _READERS.get(found.get_msgId()) if found else None
         return read(found) if read else None
+
+    def in_words(self, message: bytes) -> str:
+        """Name and fields of any message, cut where it gets long."""
+        text = str(self._decoded(message) or message.hex())
+        return text if len(text) <= _LONGEST else text[:_LONGEST] + "…"
+
+    def _decoded(self, message: bytes) -> Any:
+        try:
+            return self._parser.decode(bytearray(message))
+        except (mav.MAVError, struct.error):
+            return None
 
 
 def _debug_vect(m: Any) -> Spoken | None:

@@ -1,0 +1,207 @@
+"""A recorded flight as arrays: read from the messages that were exchanged, so that it needs no companion.
+
+`FlightReader` listens to a recording (the calls of `files.playback`); `flight` then gives the values of the page.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dob_companion.errors import InputError
+from dob_companion.mavlink import AppliedMoment, Codec, GyroSample, Heartbeat
+from dob_companion.mavlink.spoken import Correction, SpokenReader, Telemetry, Text
+from dob_companion.supervisor import State
+
+Array = NDArray[np.float64]
+
+THRUST_FLOOR = 0.05
+"""Thrust, 0…1, from which an aircraft counts as flying in the comparison: on the ground every gyro is quiet."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A change of state, s since the first gyro sample. `reason` as it was said: STATUSTEXT holds 50 characters."""
+
+    time: float
+    state: State
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RecordedFlight:
+    """Times in s of the daemon's clock since the first gyro sample; hover axes in the order roll, pitch, yaw.
+
+    started, machine, generator   what the recording says of itself
+    design                        sha256 of the design that flew
+    time, stamp_us       (N,)     when a gyro sample came, and its stamp on the vehicle's clock
+    gyro                 (N, 3)   y_n, rad/s
+    state                (N,)     DOB_STATE when it came
+    flying               (N,)     the vehicle reported thrust
+    correction           (N, 3)   the answer, normalized torque; NaN where there was none
+    told, d_hat, rate_hz (M,), (M, 3), (M,)   telemetry: its time, estimate, measured rate
+    ages                 (K,)     age of the correction in the applied moment, samples; NaN where unknown
+    took                 (T,)     wall time of each turn of the loop, s
+    changes                       of state, in order
+    lost                          turns of the loop that are not in the recording
+    """
+
+    started: str
+    machine: str
+    generator: str
+    design: str
+    time: Array
+    stamp_us: NDArray[np.int64]
+    gyro: Array
+    state: NDArray[np.int8]
+    flying: NDArray[np.bool_]
+    correction: Array
+    told: Array
+    d_hat: Array
+    rate_hz: Array
+    ages: Array
+    took: Array
+    changes: tuple[Change, ...]
+    lost: int
+
+    @property
+    def seconds(self) -> float:
+        """From the first gyro sample to the last."""
+        return float(self.time[-1])
+
+
+class Origin(Protocol):
+    """What a segment says of itself."""
+
+    @property
+    def started(self) -> str:
+        """RFC 3339 time."""
+
+    @property
+    def machine(self) -> str:
+        """Computer and versions."""
+
+    @property
+    def generator(self) -> str:
+        """The program that recorded."""
+
+    @property
+    def design(self) -> str:
+        """Text of the design.json."""
+
+    @property
+    def datagrams(self) -> bool:
+        """Whether the link delivered whole datagrams."""
+
+
+class FlightReader:
+    """Collects what a recorded flight says, segment by segment."""
+
+    def __init__(self) -> None:
+        self._first: Origin | None = None
+        self._codec = Codec()
+        self._spoken = SpokenReader()
+        self._state = State.DISABLED
+        self._thrust = 0.0
+        self._now = 0.0
+        self._gyro: list[tuple[float, int, tuple[float, float, float], int, bool]] = []
+        self._answers: dict[int, tuple[float, float, float]] = {}
+        self._telemetry: list[tuple[float, tuple[float, float, float], float]] = []
+        self._ages: list[float] = []
+        self._took: list[float] = []
+        self._changes: list[tuple[float, State, str]] = []
+        self._lost = 0
+
+    def began(self, segment: Origin) -> None:
+        """A segment begins."""
+        self._first = self._first or segment
+        self._codec = Codec(self._codec.system, datagrams=segment.datagrams)
+
+    def checkpoint(self, state: Mapping[str, Any]) -> None:
+        """The recorded state tells which vehicle is obeyed and where the supervisor stands."""
+        self._codec.system = state.get("_codec.system", self._codec.system)
+        named = state.get("loop.supervisor.state", {"enum": ["", "", "DISABLED"]})
+        self._state = State[named["enum"][2]]
+
+    def lost(self, turns: int) -> None:
+        """So many turns are missing."""
+        self._lost += turns
+
+    def received(self, data: bytes, now: float) -> None:
+        """Bytes came from the link."""
+        self._now = now
+        for fact in self._codec.facts(data):
+            match fact:
+                case GyroSample():
+                    flying = self._thrust >= THRUST_FLOOR
+                    self._gyro.append((now, fact.stamp_us, fact.rates, self._state, flying))
+                case AppliedMoment():
+                    self._thrust = fact.thrust
+                    self._ages.append(fact.age_samples if fact.age_samples >= 0.0 else np.nan)
+                case Heartbeat() if self._codec.system is None and fact.autopilot:
+                    self._codec.system = fact.system
+
+    def said(self, message: bytes) -> None:
+        """The companion answered."""
+        match self._spoken.read(message):
+            case Correction(stamp_us, moment):
+                self._answers[stamp_us] = moment
+            case Telemetry() as told:
+                self._telemetry.append((self._now, told.d_hat, told.rate_hz))
+            case Text(_, text):
+                self._note(text)
+
+    def advanced(self, now: float) -> None:
+        """Time has passed."""
+        self._now = now
+
+    def closing(self, now: float) -> None:
+        """The companion was told to leave."""
+        self._now = now
+
+    def loaded(self, load: tuple[int, int, int]) -> None:
+        """How the computer does is not part of the page."""
+
+    def turned(self, now: float, took_s: float) -> None:
+        """A turn of the loop is over."""
+        self._now = now
+        self._took.append(took_s)
+
+    def flight(self, source: str) -> RecordedFlight:
+        """The flight read. Raises InputError, one line, when it holds too little to show."""
+        if self._first is None or len(self._gyro) < 2:
+            raise InputError(f"{source}: holds no gyro samples of a vehicle, so there is nothing to report")
+        times, stamps, rates, states, flying = zip(*self._gyro, strict=True)
+        start = times[0]
+        missing = (np.nan,) * 3
+        told = self._telemetry or [(start, missing, np.nan)]
+        return RecordedFlight(
+            self._first.started,
+            self._first.machine,
+            self._first.generator,
+            str(json.loads(self._first.design).get("sha256", "")),
+            np.array(times) - start,
+            np.array(stamps, dtype=np.int64),
+            np.array(rates),
+            np.array(states, dtype=np.int8),
+            np.array(flying),
+            np.array([self._answers.get(stamp, missing) for stamp in stamps]),
+            np.array([time for time, _, _ in told]) - start,
+            np.array([d_hat for _, d_hat, _ in told]),
+            np.array([rate for _, _, rate in told]),
+            np.array(self._ages, dtype=np.float64),
+            np.array(self._took, dtype=np.float64),
+            tuple(Change(time - start, state, reason) for time, state, reason in self._changes),
+            self._lost,
+        )
+
+    def _note(self, text: str) -> None:
+        """A text like `DOB ACTIVE: faded in` is a change of state."""
+        head, _, reason = text.partition(": ")
+        name = head.removeprefix("DOB ")
+        if head.startswith("DOB ") and name in State.__members__:
+            self._state = State[name]
+            self._changes.append((self._now, self._state, reason))

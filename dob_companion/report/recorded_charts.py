@@ -1,0 +1,143 @@
+"""The figures of a recorded flight's page."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from dob_companion.artifact import AXES
+from dob_companion.report.chart import Array, Band, Chart, Curve, Mark, Panel, Scale, envelope, symmetric
+from dob_companion.report.recorded import RecordedFlight
+from dob_companion.report.recorded_values import OFF_STATES, ON_STATES, Spectrum, intervals_ms
+from dob_companion.supervisor import State
+
+_WIDTH = 1120
+_COLUMNS = 2000
+"""Stretches of which a trace keeps its least and greatest value: what a zoomed screen can show of an hour."""
+
+_MOST_MARKS = 30
+_LEAST_COUNT = 0.7
+
+
+def timeline(flight: RecordedFlight) -> Chart:
+    """State, estimate and correction over time."""
+    x = Scale("time", "s", 0.0, _end(flight))
+    busy = len(flight.changes) > _MOST_MARKS
+    marks = () if busy else tuple(Mark(x=change.time) for change in flight.changes)
+    panels = [
+        Panel(
+            0,
+            0,
+            x,
+            Scale("state", "number", -0.4, 6.4, step=1.0),
+            (Curve("state", *_stairs(flight), "extra"),),
+            marks=marks,
+            title="DOB_STATE",
+        )
+    ]
+    for i, axis in enumerate(AXES):
+        estimate, answer = flight.d_hat[:, i], flight.correction[:, i]
+        limit = symmetric([estimate, answer])
+        curves = (
+            _trace("estimate d̂", flight.told, estimate, "bound", 1.6),
+            _trace("correction", flight.time, answer, "on", 1.2),
+        )
+        panels.append(Panel(i + 1, 0, x, Scale("moment", "normalized", -limit, limit), curves, marks=marks, title=axis))
+    alt = "State of the companion, and estimate and correction of three axes, over the whole flight."
+    return Chart("timeline", alt, tuple(panels), _WIDTH, 720, row_heights=(0.8, 1.0, 1.0, 1.0))
+
+
+def rates(flight: RecordedFlight) -> Chart:
+    """Gyro rates over time, coloured by what the companion did."""
+    panels = []
+    x = Scale("time", "s", 0.0, _end(flight))
+    for i, axis in enumerate(AXES):
+        values = flight.gyro[:, i]
+        off, on = np.isin(flight.state, OFF_STATES), np.isin(flight.state, ON_STATES)
+        curves = tuple(
+            _trace(name, flight.time, np.where(kept, values, np.nan), role, 1.0)
+            for name, kept, role in (
+                ("DISABLED or TRACKING", off, "off"),
+                ("ACTIVE", on, "on"),
+                ("other states", ~(off | on), "bound"),
+            )
+            if np.any(kept)
+        )
+        limit = symmetric([values])
+        panels.append(Panel(i, 0, x, Scale("body rate", "rad/s", -limit, limit), curves, title=axis))
+    return Chart("rates", "Gyro rates of three axes.", tuple(panels), _WIDTH, 560, row_heights=(1.0, 1.0, 1.0))
+
+
+def spectra(off: Spectrum, on: Spectrum) -> Chart:
+    """Amplitude spectra of the gyro rates without and with the observer."""
+    panels = []
+    for i, axis in enumerate(AXES):
+        shown = [np.sqrt(each.density[1:, i]) for each in (off, on)]
+        floor = max(float(np.max(np.concatenate(shown))) * 1e-4, 1e-9)
+        y = Scale("body rate", "rad/s/√Hz", floor, float(np.max(np.concatenate(shown))) * 1.5 + floor, log=True)
+        curves = (
+            Curve("DISABLED or TRACKING", off.hz[1:], np.maximum(shown[0], floor), "off"),
+            Curve("ACTIVE", on.hz[1:], np.maximum(shown[1], floor), "on"),
+        )
+        x = Scale("frequency", "Hz", float(off.hz[1]), float(off.hz[-1]), log=True)
+        panels.append(Panel(0, i, x, y, curves, title=axis))
+    alt = "Amplitude spectra of the gyro rates, observer off and on, three axes."
+    return Chart("spectra", alt, tuple(panels), _WIDTH, 380, col_widths=(1.0, 1.0, 1.0))
+
+
+def histograms(flight: RecordedFlight) -> Chart:
+    """Sample intervals, delays and turns of the loop: how often each occurred."""
+    steps, ages, turns = intervals_ms(flight), flight.ages[np.isfinite(flight.ages)], 1e6 * flight.took
+    longest = max(3.0 * float(np.median(steps)), 1.0)
+    oldest = min(max(float(np.max(ages, initial=0.0)), 4.0), 30.0)
+    slowest = 10.0 ** np.ceil(np.log10(max(float(np.max(turns, initial=0.0)), 100.0)))
+    panels = (
+        _histogram(0, "interval of gyro stamps", "ms", np.clip(steps, 0.0, longest), np.linspace(0.0, longest, 121)),
+        _histogram(1, "age of corrections", "samples", np.clip(ages, 0.0, oldest), np.arange(-0.5, oldest + 1.0)),
+        _histogram(
+            2,
+            "turn of the loop",
+            "µs",
+            np.clip(turns, 10.0, slowest),
+            np.geomspace(10.0, slowest, 81),
+            log=True,
+        ),
+    )
+    alt = "Histograms of sample intervals, of the age of corrections and of the loop's turns."
+    return Chart("histograms", alt, panels, _WIDTH, 340, col_widths=(1.0, 1.0, 1.0))
+
+
+def _histogram(col: int, label: str, unit: str, values: Array, edges: Array, *, log: bool = False) -> Panel:
+    counts, _ = np.histogram(values, edges)
+    x = np.repeat(edges, 2)[1:-1]
+    heights = np.maximum(np.repeat(counts.astype(np.float64), 2), _LEAST_COUNT)
+    top = 10.0 ** np.ceil(np.log10(max(float(heights.max(initial=1.0)), 10.0)))
+    band = Band("how often", x, np.full_like(x, _LEAST_COUNT), heights, "on")
+    scale = Scale(label, unit, float(edges[0]), float(edges[-1]), log=log)
+    curve = Curve("", x, heights, "on", width=1.0)
+    return Panel(0, col, scale, Scale("count", "", _LEAST_COUNT, float(top), log=True), (curve,), (band,), title=label)
+
+
+def _trace(name: str, time: Array, values: Array, role: str, width: float) -> Curve:
+    """A curve that keeps its peaks, and its gaps, in a few thousand points."""
+    if not np.any(np.isfinite(values)):
+        return Curve(name, np.zeros(0), np.zeros(0), role, width=width)
+    edges = [0, *(np.flatnonzero(np.diff(np.isfinite(values).astype(np.int8))) + 1).tolist(), len(values)]
+    xs, ys = [], []
+    for a, b in pairwise(edges):
+        if not np.isfinite(values[a]):
+            continue
+        x, y = envelope(time[a:b], values[a:b], max(2, round(_COLUMNS * (b - a) / len(values))))
+        xs += [x, time[b - 1 : b]]
+        ys += [y, np.array([np.nan])]
+    return Curve(name, np.concatenate(xs), np.concatenate(ys), role, width=width)
+
+
+def _stairs(flight: RecordedFlight) -> tuple[Array, Array]:
+    first = State(int(flight.state[0]))
+    times = np.array([0.0, *(change.time for change in flight.changes), flight.seconds])
+    levels = np.array([first, *(change.state for change in flight.changes)], dtype=np.float64)
+    return np.repeat(times, 2)[1:-1], np.repeat(levels, 2)
+
+
+def _end(flight: RecordedFlight) -> float:
+    return float(np.ceil(flight.seconds * 10.0) / 10.0)

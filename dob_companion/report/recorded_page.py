@@ -1,0 +1,125 @@
+"""The page of a recorded flight: what the companion did and why, how well the link did, and what changed with it on."""
+
+import numpy as np
+
+from dob_companion.artifact import AXES
+from dob_companion.report import recorded_charts as charts
+from dob_companion.report.page import PageFigure, figure, render
+from dob_companion.report.recorded import RecordedFlight
+from dob_companion.report.recorded_values import (
+    BANDS_HZ,
+    OFF_STATES,
+    ON_STATES,
+    Spectrum,
+    intervals_ms,
+    spectrum,
+    time_in_states,
+)
+from dob_companion.report.words import number, plural
+
+
+def recorded_page(flight: RecordedFlight, name: str) -> str:
+    """Self-contained HTML of one recorded flight; `name` is what it is called in the title."""
+    off, on = spectrum(flight, OFF_STATES), spectrum(flight, ON_STATES)
+    return render(
+        "recorded.html.j2",
+        title=f"Recorded flight: {name}",
+        generator=flight.generator,
+        design=flight.design,
+        meta=[
+            f"began {flight.started}",
+            f"{number(flight.seconds, 4)} s",
+            f"design {flight.design[:8]}",
+            flight.machine,
+        ],
+        facts=_facts(flight),
+        states=_states(flight),
+        changes=[(f"{change.time:.3f}", change.state.name, change.reason) for change in flight.changes],
+        timeline=_timeline(flight),
+        rates=_rates(flight),
+        histograms=_histograms(flight),
+        comparison=_comparison(off, on) if off and on else [],
+        seconds=(number(off.seconds, 3), number(on.seconds, 3)) if off and on else None,
+        missing=_missing(off, on),
+        spectra=_spectra(off, on) if off and on else None,
+    )
+
+
+def _facts(flight: RecordedFlight) -> list[tuple[str, str]]:
+    steps, ages = intervals_ms(flight), flight.ages[np.isfinite(flight.ages)]
+    turns = 1e6 * flight.took
+    answered = int(np.sum(np.all(np.isfinite(flight.correction), axis=1)))
+    return [
+        ("gyro samples", f"{len(flight.time)}, {answered} of them answered"),
+        ("sample rate", f"{number(1e3 / float(np.mean(steps)), 4, 'Hz')} on the vehicle's stamps"),
+        ("delay", _quantiles(ages, "samples") + ", the age of a correction when it acts"),
+        ("turn of the loop", _quantiles(turns, "µs") + ", from waking to the last byte sent"),
+        ("largest correction", number(_largest(flight.correction), 3) + " of normalized torque"),
+        ("not recorded", plural(flight.lost, "turn") + " of the loop"),
+    ]
+
+
+def _quantiles(values: np.ndarray, unit: str) -> str:
+    if not values.size:
+        return "unknown"
+    median, p99, most = (float(v) for v in (np.median(values), np.percentile(values, 99), np.max(values)))
+    return f"median {number(median, 3)}, p99 {number(p99, 3)}, most {number(most, 3, unit)}"
+
+
+def _largest(values: np.ndarray) -> float:
+    return float(np.nanmax(np.abs(values))) if np.any(np.isfinite(values)) else float("nan")
+
+
+def _states(flight: RecordedFlight) -> list[tuple[str, str, str]]:
+    times = time_in_states(flight)
+    total = sum(times.values()) or 1.0
+    return [(state.name, f"{time:.2f}", f"{100.0 * time / total:.1f}") for state, time in times.items()]
+
+
+def _comparison(off: Spectrum, on: Spectrum) -> list[tuple[str, list[tuple[str, str, str]]]]:
+    """Rows of the table: a band, and per axis RMS off, RMS on and their ratio."""
+    named = [("all", None), *((f"{low:g}–{high:g} Hz", (low, high)) for low, high in BANDS_HZ)]
+    rows = []
+    for label, band in named:
+        before, after = off.rms(band), on.rms(band)
+        ratios = np.divide(before, after, out=np.full(3, np.nan), where=after > 0.0)
+        cells = [(number(before[i], 3), number(after[i], 3), number(ratios[i], 3)) for i in range(len(AXES))]
+        rows.append((label, cells))
+    return rows
+
+
+def _missing(off: Spectrum | None, on: Spectrum | None) -> str:
+    lacking = [words for words, found in (("DISABLED or TRACKING", off), ("ACTIVE", on)) if found is None]
+    return f"nowhere long enough in {' nor in '.join(lacking)}" if lacking else ""
+
+
+def _timeline(flight: RecordedFlight) -> PageFigure:
+    return figure(
+        charts.timeline(flight),
+        "What it did.",
+        "State (0 DISABLED, 1 WAITING, 2 TRACKING, 3 RAMP_IN, 4 ACTIVE, 5 RAMP_OUT, 6 FAULT), the estimate d_hat as "
+        "sent by telemetry, and the correction that answered each gyro sample: f · a · clip(−g · d_hat, ±limit).",
+    )
+
+
+def _rates(flight: RecordedFlight) -> PageFigure:
+    return figure(
+        charts.rates(flight), "Body rates.", "What the gyro measured, coloured by what the companion did at the time."
+    )
+
+
+def _histograms(flight: RecordedFlight) -> PageFigure:
+    return figure(
+        charts.histograms(flight),
+        "The link and the loop.",
+        "How often each interval between two gyro stamps, each age of a correction in the moment applied, and each "
+        "length of a turn of the loop occurred. Counts are on a logarithmic scale, so that the rare ones show.",
+    )
+
+
+def _spectra(off: Spectrum, on: Spectrum) -> PageFigure:
+    return figure(
+        charts.spectra(off, on),
+        "Spectra of the body rates.",
+        "Amplitude spectral density (Welch, stretches of 1024 samples), without and with the observer.",
+    )
