@@ -6,14 +6,16 @@ from typing import Any
 import dob_companion
 from dob_companion.artifact import Certificate, DobBlock, DobDesign
 from dob_companion.artifact import Problem as StoredProblem
-from dob_companion.errors import NotCertifiedError, RefusedError
+from dob_companion.errors import NotCertifiedError, RefusedError, SpecError
 from dob_companion.synthesis.certificate import Claim, certify
 from dob_companion.synthesis.models import to_data, to_state_space, weight_to_state_space
 from dob_companion.synthesis.optimum import candidates, find_optimum
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.reduce import HIDDEN, minimal
+from dob_companion.synthesis.robust_design import robust_synthesis
 from dob_companion.synthesis.solvability import require_solvable
 from dob_companion.synthesis.spec import BlockSpec, Spec, parse_spec
+from dob_companion.synthesis.uncertainty import Uncertainty
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,12 +36,16 @@ def synthesize(
     delay_samples: int | tuple[int, ...] = 1,
     gamma_backoff: float = 1.01,
     axes: tuple[str, ...] | None = None,
+    uncertainty: Uncertainty | None = None,
 ) -> Synthesis:
     """The H-infinity optimal disturbance observer of one block, within gamma_backoff of the optimum.
 
     All systems are discrete python-control StateSpace of one dt: plant (p, m) from moment (u_e + d) to rate,
     controller (m, p) of u = C (r - y_n), weights with m and p outputs. `delay_samples` from d_hat to the
     acting moment, for all inputs or one each. `axes` names the channels in messages.
+
+    With an `uncertainty` of the plant the noise weight is raised until the worst plant is served best (`robust_design`),
+    and the certificate gains robust_* findings; the problem returned has the weight as it was solved for.
 
     Raises UnsolvableError when no observer exists (naming channel, mode and physics) and NotCertifiedError
     when one was computed but its proof failed.
@@ -49,12 +55,20 @@ def synthesize(
     problem = Problem(plant, controller, disturbance_weight, noise_weight, delays)
     require_solvable(problem, axes)
     problem = Problem(minimal(plant), minimal(controller), minimal(disturbance_weight), minimal(noise_weight), delays)
-    return Synthesis(problem, *_certified(problem, gamma_backoff))
+    if uncertainty is None:
+        return Synthesis(problem, *_certified(problem, gamma_backoff))
+    found = robust_synthesis(problem, uncertainty, axes, lambda posed: _certified(posed, gamma_backoff))
+    return Synthesis(found.problem, found.observer, found.certificate)
 
 
 def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
-    """One block of a spec, designed and certified from the very matrices that go into the file."""
+    """One block of a spec, designed and certified from the very matrices that go into the file.
+
+    Raises SpecError when it has no weights, and as `synthesize` does.
+    """
     size = len(spec.axes)
+    if spec.disturbance is None or spec.noise is None:
+        raise SpecError(f"{spec.where}: key 'weights' is missing; give weights, or design with --auto")
     try:
         result = synthesize(
             to_state_space(spec.plant, dt, (size, size)),
@@ -64,6 +78,7 @@ def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
             delay_samples=spec.delay_samples,
             gamma_backoff=gamma_backoff,
             axes=spec.axes,
+            uncertainty=spec.uncertainty,
         )
     except RefusedError as refusal:
         raise type(refusal)(f"block {spec.name!r}: {refusal}") from refusal

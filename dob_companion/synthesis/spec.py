@@ -11,7 +11,9 @@ from dataclasses import dataclass, field
 
 from dob_companion.artifact import AXES
 from dob_companion.errors import SpecError
+from dob_companion.synthesis.auto_spec import AutoSpec, parse_auto
 from dob_companion.synthesis.table import Table
+from dob_companion.synthesis.uncertainty import Uncertainty, parse_uncertainty
 
 METHODS = ("zoh", "foh", "tustin", "impulse")
 """Named ways from continuous to discrete time."""
@@ -79,15 +81,17 @@ class Weight:
 
 @dataclass(frozen=True, slots=True)
 class BlockSpec:
-    """One block: a SISO axis, or several coupled ones."""
+    """One block: a SISO axis, or several coupled ones. Only a spec with [auto] may leave the weights out."""
 
+    where: str
     name: str
     axes: tuple[str, ...]
     delay_samples: int
     plant: Model
     controller: Model
-    disturbance: Weight
-    noise: Weight
+    disturbance: Weight | None
+    noise: Weight | None
+    uncertainty: Uncertainty | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +103,7 @@ class Spec:
     gamma_backoff: float
     blocks: tuple[BlockSpec, ...]
     source: str = field(default="spec")
+    auto: AutoSpec | None = None
 
     @property
     def dt(self) -> float:
@@ -112,16 +117,17 @@ def parse_spec(text: str, source: str = "spec.toml") -> Spec:
         raw = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as problem:
         raise SpecError(f"{source}: not TOML: {problem}") from None
-    top = Table(source, raw, ("design", "block"))
+    top = Table(source, raw, ("design", "block", "auto"))
     head = top.table("design", ("rate_hz", "delay_samples", "gamma_backoff"))
     rate = head.number("rate_hz", lambda x: x > 0, "a positive number of Hz")
     delay = head.whole("delay_samples", 1)
     backoff = head.number("gamma_backoff", lambda x: 1.0 < x <= 10.0, "a number above 1, at most 10", 1.01)
-    blocks = tuple(_block(source, item, delay) for item in top.tables("block"))
+    auto = parse_auto(top.open("auto"), rate) if "auto" in top else None
+    blocks = tuple(_block(source, item, delay, weighted=auto is None) for item in top.tables("block"))
     if not blocks:
         raise SpecError(f"{source}: block: expected at least one [[block]]")
     _refuse_shared_axes(source, blocks)
-    return Spec(rate, delay, backoff, blocks, source)
+    return Spec(rate, delay, backoff, blocks, source, auto)
 
 
 def _refuse_shared_axes(source: str, blocks: tuple[BlockSpec, ...]) -> None:
@@ -135,24 +141,31 @@ def _refuse_shared_axes(source: str, blocks: tuple[BlockSpec, ...]) -> None:
             owner[axis] = block.name
 
 
-def _block(source: str, item: object, delay: int) -> BlockSpec:
-    keys = ("name", "axes", "delay_samples", "plant", "controller", "weights")
+def _block(source: str, item: object, delay: int, *, weighted: bool) -> BlockSpec:
+    keys = ("name", "axes", "delay_samples", "plant", "controller", "weights", "uncertainty")
     table = Table(f"{source}: block", item, keys)
     name = table.text("name")
     table = Table(f"{source}: block {name!r}", item, keys)
     axes = table.texts("axes")
     if not axes or len(set(axes)) != len(axes) or not set(axes) <= set(AXES):
         raise SpecError(f"{table.where}: axes: expected different ones of {', '.join(AXES)}, got {list(axes)}")
-    weights = table.table("weights", ("disturbance", "noise"))
+    disturbance, noise = _weights(table, axes) if weighted or "weights" in table else (None, None)
     return BlockSpec(
+        where=table.where,
         name=name,
         axes=axes,
         delay_samples=table.whole("delay_samples", delay),
         plant=_model(table.open("plant"), axes),
         controller=_model(table.open("controller"), axes),
-        disturbance=_weight(weights.open("disturbance"), axes),
-        noise=_weight(weights.open("noise"), axes),
+        disturbance=disturbance,
+        noise=noise,
+        uncertainty=parse_uncertainty(table.open("uncertainty"), axes) if "uncertainty" in table else None,
     )
+
+
+def _weights(block: Table, axes: tuple[str, ...]) -> tuple[Weight, Weight]:
+    weights = block.table("weights", ("disturbance", "noise"))
+    return _weight(weights.open("disturbance"), axes), _weight(weights.open("noise"), axes)
 
 
 def _weight(table: Table, axes: tuple[str, ...]) -> Weight:
