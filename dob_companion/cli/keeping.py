@@ -49,6 +49,7 @@ class Keeping:
         newest = max(recover_timestamp(self._directory), ticks(time.time()))
         self._gate = SigningGate(key, newest, datagrams=datagrams)
         self._timestamp = TimestampKeeper(self._writer(self._directory / TIMESTAMP))
+        self._leaving.callback(self._tell_refusals, float("inf"), self._gate)
         self._show(Event.info("signing: only messages with our key are taken, and ours are signed"))
         return SignedLink(link, self._gate)
 

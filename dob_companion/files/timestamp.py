@@ -10,8 +10,9 @@ NAME = "signing-timestamp"
 EVERY_S = 30.0
 """Wall time between two writes."""
 
-AHEAD = 6_000_000
-"""Added to what is read, in ticks of 10 µs: one minute, more than can have passed since the last write."""
+AHEAD = 3_500_000
+"""Added to what is read, in ticks of 10 µs: 35 s, more than can have passed since the last write, and well within the
+minute by which the clock of a peer not heard before may lag ours."""
 
 
 def recover_timestamp(directory: Path) -> int:

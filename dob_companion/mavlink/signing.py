@@ -109,7 +109,7 @@ class SigningGate:
             self.counters.wrong += 1
             return False
         stamp, stream = int.from_bytes(frame[-12:-6], "little"), (frame[-13], frame[5], frame[6])
-        if stamp <= self._streams.get(stream, self.timestamp - OLDEST_NEW_STREAM):
+        if stamp <= self._streams.get(stream, self.timestamp - OLDEST_NEW_STREAM - 1):
             self.counters.replayed += 1
             return False
         self._streams[stream] = stamp

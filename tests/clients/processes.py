@@ -26,10 +26,11 @@ def process(*arguments, cwd=ROOT):
 
 
 @contextlib.contextmanager
-def flying(design, kind):
+def flying(design, kind, *more, key=""):
     """A companion beside a vehicle of this kind; gives the port on which a ground station listens."""
     companion, ground = free_port(), free_port()
-    with daemon(design, companion), process("-m", "tests.clients.vehicle", kind, companion, ground):
+    vehicle = process("-m", "tests.clients.vehicle", kind, companion, ground, key)
+    with daemon(design, companion, *more), vehicle:
         yield ground
 
 

@@ -6,20 +6,11 @@ import sys
 
 import pytest
 
-from dob_companion.artifact import dumps
 from dob_companion.companion import PARAMETERS
 from tests.clients.processes import ROOT, MavProxy, flying
-from tests.companion.aircraft import small_design
 
 KINDS = ("px4", "ardupilot")
 NAMES = [spec.name for spec in PARAMETERS]
-
-
-@pytest.fixture(scope="module")
-def design(tmp_path_factory):
-    path = tmp_path_factory.mktemp("clients") / "design.json"
-    path.write_text(dumps(small_design())[0])
-    return path
 
 
 @pytest.mark.parametrize("kind", KINDS)

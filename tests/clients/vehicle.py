@@ -1,6 +1,6 @@
 """A small vehicle that says it is PX4 or ArduPilot and routes as an autopilot does: a process with two sockets.
 
-    python -m tests.clients.vehicle {px4|ardupilot} COMPANION_PORT GROUND_PORT
+    python -m tests.clients.vehicle {px4|ardupilot} COMPANION_PORT GROUND_PORT [SIGNING_KEY]
 
 It stands on the ground and sends the pair of each sample at 50 Hz, which is too slow to be flown by on purpose: these
 tests are about parameters. What it has of its own is one integer parameter in its own encoding, so that a client which
@@ -28,13 +28,16 @@ PERIOD_S = 0.02
 class Port:
     """A connected socket with a parser, a packer, and who was heard on it."""
 
-    def __init__(self, port):
+    def __init__(self, port, key):
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.connect(("127.0.0.1", port))
         self.socket.setblocking(False)
         self.heard = set()
         self.mav = mav.MAVLink(None, 1, 1)
         self.mav.robust_parsing = True
+        if key:
+            self.mav.signing.secret_key, self.mav.signing.sign_outgoing = key, True
+            self.mav.signing.timestamp = round((time.time() - 1_420_070_400) * 1e5)
 
     def send(self, message):
         self.raw(message.pack(self.mav))
@@ -58,9 +61,9 @@ class Port:
 class Vehicle:
     """Heartbeats, one parameter, samples, and routing between the two links."""
 
-    def __init__(self, kind, companion, ground):
+    def __init__(self, kind, companion, ground, key):
         self.autopilot, self.encoding = KINDS[kind]
-        self.companion, self.ground = Port(companion), Port(ground)
+        self.companion, self.ground = Port(companion, key), Port(ground, key)
         self.began = time.monotonic()
 
     def beat(self):
@@ -120,4 +123,5 @@ class Vehicle:
 
 
 if __name__ == "__main__":
-    Vehicle(sys.argv[1], int(sys.argv[2]), int(sys.argv[3])).fly()
+    kind, companion, ground, *key = sys.argv[1:]
+    Vehicle(kind, int(companion), int(ground), bytes.fromhex("".join(key))).fly()
