@@ -28,6 +28,7 @@ from dob_companion.mavlink import (
     ComputerLoad,
     CorrectionHeard,
     Fact,
+    FileRequest,
     FlightState,
     GyroSample,
     Heartbeat,
@@ -221,6 +222,8 @@ class Companion:
                 self._out.append(self._speaker.unsupported(fact))
             case TimesyncReply():
                 self.loop.round_trip.add(now - fact.ts1_ns * 1e-9)
+            case FileRequest():
+                self._out.append(self._speaker.no_file(fact))
             case TimesyncRequest():
                 self._out.append(self._speaker.timesync(fact, round(now * 1e9)))
 

@@ -13,6 +13,7 @@ from dob_companion.mavlink.facts import (
     CommandForUs,
     CorrectionHeard,
     Fact,
+    FileRequest,
     FlightState,
     GyroSample,
     Heartbeat,
@@ -23,6 +24,8 @@ from dob_companion.mavlink.facts import (
     TimesyncReply,
     TimesyncRequest,
 )
+from dob_companion.mavlink.frame import read_frame
+from dob_companion.mavlink.ftp import is_request
 
 AUTOPILOT = mav.MAV_COMP_ID_AUTOPILOT1
 COMPANION = mav.MAV_COMP_ID_ONBOARD_COMPUTER
@@ -30,6 +33,10 @@ COMPANION = mav.MAV_COMP_ID_ONBOARD_COMPUTER
 CORRECTION_NAME = "DOB_CORR"
 CORRECTION_GROUP = 2
 """How a correction is marked in DEBUG_VECT and in SET_ACTUATOR_CONTROL_TARGET."""
+
+_AT_FULL_RATE = {
+    layout.id: layout for layout in (mav.MAVLink_highres_imu_message, mav.MAVLink_actuator_control_target_message)
+}
 
 _INTEGER_FORMATS = {
     mav.MAV_PARAM_TYPE_UINT8: "<B3x",
@@ -66,6 +73,12 @@ class Codec:
 
     def facts(self, data: bytes) -> Iterator[Fact]:
         """The facts in `data`: one datagram, or any piece of a byte stream."""
+        frame = read_frame(data, _AT_FULL_RATE) if self._parser.buf_len() == 0 else None
+        if frame is not None:
+            fact = self._at_full_rate(*frame)
+            if fact is not None:
+                yield fact
+            return
         for message in self._messages(data):
             read = _READERS.get(message.get_msgId())
             fact = read(self, message) if read else None
@@ -73,6 +86,17 @@ class Codec:
                 yield fact
         if self._datagrams and self._parser.buf_len() > 0:  # a torn message must not swallow the next datagram
             self._bad()
+
+    def _at_full_rate(self, system: int, component: int, number: int, fields: tuple[Any, ...]) -> Fact | None:
+        """As `_gyro` and `_moment` below, from the fields in the order of the wire."""
+        if number == mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET and fields[9] != 0:
+            return None
+        if system != self.system or component != AUTOPILOT:
+            self.counters.foreign += 1
+            return None
+        if number == mav.MAVLINK_MSG_ID_HIGHRES_IMU:
+            return GyroSample(fields[0], fields[4:7])
+        return AppliedMoment(fields[0], fields[1:4], fields[4], fields[5:8], fields[8])
 
     def _messages(self, data: bytes) -> Iterator[Any]:
         while True:
@@ -189,6 +213,13 @@ def _command(codec: Codec, m: Any) -> Fact | None:
     return CommandForUs(m.command, _sender(m))
 
 
+def _file_request(codec: Codec, m: Any) -> Fact | None:
+    if m.target_component != COMPANION or m.target_system != codec.system:
+        return None
+    payload = bytes(m.payload)
+    return FileRequest(payload, _sender(m)) if is_request(payload) else None
+
+
 def _timesync(codec: Codec, m: Any) -> Fact | None:
     if not codec.from_autopilot(m):
         return None
@@ -209,5 +240,6 @@ _READERS: dict[int, Callable[[Codec, Any], Fact | None]] = {
     mav.MAVLINK_MSG_ID_COMMAND_ACK: _command_ack,
     mav.MAVLINK_MSG_ID_COMMAND_LONG: _command,
     mav.MAVLINK_MSG_ID_COMMAND_INT: _command,
+    mav.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: _file_request,
     mav.MAVLINK_MSG_ID_TIMESYNC: _timesync,
 }

@@ -115,6 +115,14 @@ class CommandForUs:
 
 
 @dataclass(frozen=True, slots=True)
+class FileRequest:
+    """Somebody asks our component for a file by MAVLink FTP; `payload` is the protocol's own header and data."""
+
+    payload: bytes
+    sender: Sender
+
+
+@dataclass(frozen=True, slots=True)
 class TimesyncRequest:
     """The vehicle asks for our clock; `ts1_ns` goes back unchanged."""
 
@@ -139,6 +147,7 @@ Fact = (
     | ParamWrite
     | CommandAck
     | CommandForUs
+    | FileRequest
     | TimesyncRequest
     | TimesyncReply
 )

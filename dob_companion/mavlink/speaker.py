@@ -8,7 +8,9 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.mavlink.codec import AUTOPILOT, COMPANION, CORRECTION_GROUP, CORRECTION_NAME
-from dob_companion.mavlink.facts import CommandForUs, Sender, TimesyncRequest
+from dob_companion.mavlink.facts import CommandForUs, FileRequest, Sender, TimesyncRequest
+from dob_companion.mavlink.frame import write_frame
+from dob_companion.mavlink.ftp import refusal
 
 CORRECTION_MESSAGES = ("DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET")
 """The carriers of a correction, by their MAVLink names; the first is the default."""
@@ -91,7 +93,7 @@ class Speaker:
         """The answer to the gyro sample of `stamp_us`: roll, pitch, yaw moment to add, normalized torque."""
         x, y, z = correction
         if self._as_debug_vect:
-            return self._pack(mav.MAVLink_debug_vect_message(CORRECTION_NAME.encode(), stamp_us, x, y, z))
+            return self._write(mav.MAVLink_debug_vect_message, stamp_us, x, y, z, CORRECTION_NAME.encode())
         controls = (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0)
         return self._pack(
             mav.MAVLink_set_actuator_control_target_message(
@@ -146,6 +148,11 @@ class Speaker:
         """Our clock, to have it back with the vehicle's: the round trip."""
         return self._pack(mav.MAVLink_timesync_message(0, now_ns))
 
+    def no_file(self, request: FileRequest) -> bytes:
+        """We have no files: say so, so that nobody waits."""
+        to, answer = request.sender, list(refusal(request.payload))
+        return self._pack(mav.MAVLink_file_transfer_protocol_message(0, to.system, to.component, answer))
+
     def timesync(self, request: TimesyncRequest, now_ns: int) -> bytes:
         """Our clock beside the asker's."""
         return self._pack(mav.MAVLink_timesync_message(now_ns, request.ts1_ns))
@@ -181,7 +188,12 @@ class Speaker:
     def telemetry(self, stamp_us: int, values: Sequence[float]) -> bytes:
         """DEBUG_FLOAT_ARRAY `DOB`: d_hat, correction, state, delay in samples, rate in Hz."""
         data = [*values, *([0.0] * (58 - len(values)))]
-        return self._pack(mav.MAVLink_debug_float_array_message(stamp_us, b"DOB", 0, data))
+        return self._write(mav.MAVLink_debug_float_array_message, stamp_us, 0, b"DOB", *data)
+
+    def _write(self, layout: Any, *fields: Any) -> bytes:
+        data = write_frame(layout, self._out.seq, self._out.srcSystem, self._out.srcComponent, *fields)
+        self._out.seq = (self._out.seq + 1) % 256
+        return data
 
     def _pack(self, message: Any) -> bytes:
         data = bytes(message.pack(self._out))
