@@ -157,8 +157,7 @@ def _inverse(a: Disk) -> Disk:
     room = np.abs(a[0]) ** 2 - a[1] ** 2
     safe = np.where(room > 0.0, room, 1.0)
     radius: Array = np.where(room > 0.0, a[1] / safe, np.inf)
-    centre: ComplexArray = np.conj(a[0]) / safe
-    return centre, radius
+    return np.asarray(a[0].conj() / safe, dtype=np.complex128), radius
 
 
 def _section(num: list[float], den: list[float], dt: float) -> Any:

@@ -44,8 +44,8 @@ def synthesize(
     controller (m, p) of u = C (r - y_n), weights with m and p outputs. `delay_samples` from d_hat to the
     acting moment, for all inputs or one each. `axes` names the channels in messages.
 
-    With an `uncertainty` of the plant the noise weight is raised until the worst plant is served best (`robust_design`),
-    and the certificate gains robust_* findings; the problem returned has the weight as it was solved for.
+    With an `uncertainty` of the plant the noise weight is raised until the worst plant is served best
+    (`robust_design`), and the certificate gains robust_* findings; the problem returned is the one solved for.
 
     Raises UnsolvableError when no observer exists (naming channel, mode and physics) and NotCertifiedError
     when one was computed but its proof failed.

@@ -10,12 +10,23 @@ from dob_companion.synthesis.certificate import Claim, certify
 from dob_companion.synthesis.models import from_data
 from dob_companion.synthesis.optimum import find_optimum
 from dob_companion.synthesis.problem import Problem
+from dob_companion.synthesis.robust import FACTOR_STEP, TIGHT
+from dob_companion.synthesis.robust_design import measured_again
 from dob_companion.synthesis.solvability import require_solvable
 
 RELATIVE = 1e-5
 """Agreement expected of recorded and recomputed numbers; they differ only by the machine's rounding."""
 
 ABSOLUTE = 1e-9
+
+SEARCHED = {
+    "robust_safe_factor": 2.0 * FACTOR_STEP,
+    "robust_unsafe_factor": 2.0 * FACTOR_STEP,
+    "robust_gamma_nominal": RELATIVE,
+    "robust_gamma_sampled": RELATIVE,
+    "robust_gamma_bound": TIGHT,
+}
+"""Findings over an uncertainty, and how accurately each is searched for."""
 
 MEASURED = (
     "gamma",
@@ -74,7 +85,22 @@ def _verify_block(block: DobBlock, dt: float) -> list[Finding]:
     bound = Finding(
         block.name, "gamma_star", recorded.gamma_star, gamma_star, recorded.gamma_star <= gamma_star * (1.0 + RELATIVE)
     )
-    return [bound, *(_compare(block.name, name, recorded, measured) for name in MEASURED)]
+    found = [bound, *(_compare(block.name, name, recorded, measured) for name in MEASURED)]
+    if "robust_uncertainty" in recorded.extra:
+        found += _verify_robustness(block, problem, dt)
+    return found
+
+
+def _verify_robustness(block: DobBlock, problem: Problem, dt: float) -> list[Finding]:
+    """Every robust number there is must stand in the file and agree to the accuracy of its search."""
+    extra = block.certificate.extra
+    measured = measured_again(problem, from_data(block.observer, dt), block.axes, extra).record()
+    found = []
+    for name, share in SEARCHED.items():
+        if name in measured or name in extra:
+            was, now = (float(values.get(name, np.nan)) for values in (extra, measured))  # type: ignore[arg-type]
+            found.append(Finding(block.name, name, was, now, bool(np.isclose(was, now, rtol=share))))
+    return found
 
 
 def _compare(block: str, name: str, recorded: Certificate, measured: Certificate) -> Finding:
