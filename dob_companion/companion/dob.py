@@ -117,7 +117,7 @@ class DobLoop:
             self._observer.advance(inputs.rates, inputs.moment)
         self.watch.finished(arrived.finished)
         estimate = self._observer.estimate(arrived.rates)
-        if not np.all(np.isfinite(estimate)):
+        if not all(map(math.isfinite, estimate.tolist())):
             return self._spoiled(sample.stamp_us, "estimate not finite")
         self.d_hat = estimate
         self._settled += 1
@@ -169,17 +169,20 @@ class DobLoop:
             step,
         )
         trusted = self._data_good and not self._fault
-        roll, pitch, yaw = (self.shaper.shape(self.d_hat) if trusted else self.shaper.hold()).tolist()
-        return Answer(stamp_us, (roll, pitch, yaw))
+        return Answer(stamp_us, self.shaper.shape(self.d_hat) if trusted else self.shaper.hold())
 
     def _judge(self) -> None:
         reasons = self._reasons()
         conditions = Conditions(
             wish=self._wish,
-            **{name: not reason for name, reason in reasons.items()} | {"fault": bool(self._fault)},
+            fault=bool(self._fault),
+            data=not reasons["data"],
+            link=not reasons["link"],
+            flight=not reasons["flight"],
+            model=not reasons["model"],
             faded_in=self.shaper.f == 1.0,
             faded_out=self.shaper.f == 0.0,
-            why=self.why,
+            why=next(filter(None, reasons.values()), ""),
         )
         change = self.supervisor.judge(conditions)
         if change:

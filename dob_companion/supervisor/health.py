@@ -46,14 +46,15 @@ class EstimateBounds:
 
     def clear(self) -> None:
         """The estimate starts anew."""
-        self._previous: Vector | None = None
+        self._previous: list[float] | None = None
         self._beyond = 0
 
     def broken(self, d_hat: Vector) -> str:
         """What is impossible about this estimate, in words; "" when nothing is."""
-        jump = 0.0 if self._previous is None else float(np.max(np.abs(d_hat - self._previous)))
-        self._previous = d_hat
-        largest = float(np.max(np.abs(d_hat)))
+        now: list[float] = d_hat.tolist()
+        before, self._previous = self._previous or now, now
+        jump = max(abs(a - b) for a, b in zip(now, before, strict=True))
+        largest = max(map(abs, now))
         self._beyond = self._beyond + 1 if largest > LARGEST_ESTIMATE else 0
         if jump > LARGEST_JUMP:
             return f"estimate jumped by {jump:.2g}"

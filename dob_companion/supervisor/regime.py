@@ -1,5 +1,6 @@
 """Whether the aircraft is where the plant model holds: armed, in the air, in multicopter mode, alone, not killed."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -74,16 +75,19 @@ class FlightRegime:
 
     def why_not(self, now: float) -> str:
         """What speaks against injecting; "" when nothing does. `now` in wall time, s."""
-        reasons: tuple[tuple[bool, str], ...] = (
-            (self._killed, f"killed by RC channel {self._limits.kill_channel}"),
-            (bool(self._strangers), f"another controller on the link: {_names(self._strangers)}"),
-            (now - self._heard > HEARTBEAT_PATIENCE_S, "no heartbeat of the autopilot"),
-            (not self._armed, "not armed"),
-            (self._air in (Air.ON_GROUND, Air.CHANGING), self._air.value),
-            (self._forward, "not in multicopter mode"),
-            (not self._throttle >= self._limits.throttle_floor, f"throttle below {self._limits.throttle_floor:g}"),
+        reasons: tuple[tuple[bool, Callable[[], str]], ...] = (
+            (self._killed, lambda: f"killed by RC channel {self._limits.kill_channel}"),
+            (bool(self._strangers), lambda: f"another controller on the link: {_names(self._strangers)}"),
+            (now - self._heard > HEARTBEAT_PATIENCE_S, lambda: "no heartbeat of the autopilot"),
+            (not self._armed, lambda: "not armed"),
+            (self._air in (Air.ON_GROUND, Air.CHANGING), lambda: self._air.value),
+            (self._forward, lambda: "not in multicopter mode"),
+            (
+                not self._throttle >= self._limits.throttle_floor,
+                lambda: f"throttle below {self._limits.throttle_floor:g}",
+            ),
         )
-        return next((words for holds, words in reasons if holds), "")
+        return next((words() for holds, words in reasons if holds), "")
 
 
 def _names(strangers: set[tuple[int, int]]) -> str:

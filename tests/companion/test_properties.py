@@ -67,7 +67,7 @@ def test_a_correction_is_finite_limited_slow_and_zero_unless_injecting(sequence)
         step = (
             min(1.0, DT / plane.companion.parameters["DOB_RAMP_S"]) if plane.companion.parameters["DOB_RAMP_S"] else 1
         )
-        f, a = loop.shaper.f, loop.shaper.a.copy()
+        f, a = loop.shaper.f, np.array(loop.shaper.a)
         answered = len(corrections(plane.said[spoken:]))
         act(plane, action)
         fresh = corrections(plane.said[spoken:])[answered:]
