@@ -10,9 +10,12 @@ from pathlib import Path
 from dob_companion.artifact import DobDesign, check_flyable, loads
 from dob_companion.cli.keeping import Keeping
 from dob_companion.companion import Companion, Event, Status, parse_config
+from dob_companion.companion.witness import Witness
 from dob_companion.files import read_text
 from dob_companion.files.recorder import FlightRecorder, Recording
 from dob_companion.runtime import Notifier, open_link, parse_link_url, serve
+from dob_companion.view.feed import Feed, LoopClock, live_view_fits
+from dob_companion.view.lines import Lines, event_line
 
 RATE_HZ = 250.0
 """The rate at which profile `sitl` delivers samples; a design for another one is refused."""
@@ -26,6 +29,7 @@ def fly(
     state: Path | None,
     recording: Recording | None,
     timeout_s: float | None,
+    page_port: int | None,
     as_json: bool,
 ) -> int:
     """Check the design, open the link, serve until told to stop. Returns the exit code."""
@@ -35,11 +39,15 @@ def fly(
     if state is not None:
         settings = replace(settings, state_directory=str(state))
     url = parse_link_url(link_url)
-    show = _as_json if as_json else _as_text
+    lines = Lines(sys.stdout if as_json else sys.stderr)
+    feed = Feed(lambda event: lines.write(_as_json(event) if as_json else _as_text(event)))
+    show = feed.event
     notifier = Notifier.from_environment()
     with ExitStack() as leaving:
         link = open_link(url)
         leaving.callback(link.close)
+        _open_views(feed, page_port, leaving, live=not as_json and live_view_fits())
+        feed.introduce(design, str(url))
         show(Event.info(f"design {design.sha256[:8]}: {', '.join(block.name for block in design.blocks)}"))
         keeping = Keeping(settings, show, leaving)
         link = keeping.signed(link, url.datagrams)
@@ -49,11 +57,17 @@ def fly(
             notifier.alive(now, lambda: _in_words(companion.status()))
             keeping.turn(now, companion)
 
-        recorder = None
+        def tell(status: Status) -> None:
+            feed.moment(companion, status, clock)
+            if as_json:
+                lines.write(_status_as_json(status))
+
+        recorder: Witness = Witness()
         if recording is not None:
             recorder = FlightRecorder(recording, companion, design, text, now=time.monotonic(), datagrams=url.datagrams)
             leaving.callback(recorder.close)
             show(Event.info(f"recording flight {recorder.flight} to {recording.directory}"))
+        clock = LoopClock(recorder, design.dt)
         leaving.callback(notifier.stopping)
         code = serve(
             companion,
@@ -61,9 +75,9 @@ def fly(
             ready=f"listening on {url}, waiting for a vehicle",
             timeout_s=timeout_s,
             on_event=show,
-            on_status=_status_as_json if as_json else None,
+            on_status=tell if as_json or feed.watched else None,
             on_turn=turn,
-            witness=recorder,
+            witness=clock,
         )
     show(Event.info(_summary(companion.status())))
     return code
@@ -87,13 +101,23 @@ def _summary(status: Status) -> str:
     )
 
 
-def _as_text(event: Event) -> None:
-    print(f"{time.strftime('%H:%M:%S')} {event.severity.name.lower():8} {event.text}", file=sys.stderr, flush=True)
+def _open_views(feed: Feed, page_port: int | None, leaving: ExitStack, *, live: bool) -> None:
+    """The page first: a port in use is told as one line, before anything is drawn."""
+    leaving.callback(feed.close)
+    address = feed.open_page(page_port) if page_port is not None else None
+    if live:
+        feed.open_terminal()
+    if address:
+        feed.event(Event.info(f"status page on {address}"))
 
 
-def _as_json(event: Event) -> None:
-    print(json.dumps({"event": event.text, "severity": event.severity.name}), flush=True)
+def _as_text(event: Event) -> str:
+    return event_line(time.time(), event.severity.name, event.text)
 
 
-def _status_as_json(status: Status) -> None:
-    print(json.dumps({"status": asdict(status) | {"state": status.state.name}}), flush=True)
+def _as_json(event: Event) -> str:
+    return json.dumps({"event": event.text, "severity": event.severity.name})
+
+
+def _status_as_json(status: Status) -> str:
+    return json.dumps({"status": asdict(status) | {"state": status.state.name}})

@@ -5,6 +5,9 @@ from pathlib import Path
 from typing import Any
 
 DEFAULT_LINK = "udpin:127.0.0.1:14540"
+DEFAULT_PORT = 8191
+"""Of the status page: the companion's component id, above 8000 as pages are."""
+
 PROFILES = ("sitl",)
 """Where gyro rates, applied moment and its age come from: `sitl` reads HIGHRES_IMU and ACTUATOR_CONTROL_TARGET."""
 
@@ -25,6 +28,14 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--record", type=Path, metavar="DIR", help="record the flight here, trace and .tlog")
     parser.add_argument("--record-mb", type=float, default=64.0, metavar="MB", help="size of a segment (%(default)g)")
     parser.add_argument("--record-segments", type=int, default=16, metavar="N", help="segments kept (%(default)d)")
+    parser.add_argument(
+        "--status-page",
+        type=_port,
+        nargs="?",
+        const=DEFAULT_PORT,
+        metavar="PORT",
+        help=f"serve a status page on 127.0.0.1 ({DEFAULT_PORT})",
+    )
     parser.add_argument("--timeout", type=float, metavar="S", help="give up without a vehicle after S seconds")
     parser.add_argument("--json", action="store_true", help="events and status as JSON lines on stdout")
     parser.set_defaults(run=run)
@@ -43,5 +54,13 @@ def run(args: argparse.Namespace) -> int:
         state=args.state,
         recording=recording,
         timeout_s=args.timeout,
+        page_port=args.status_page,
         as_json=args.json,
     )
+
+
+def _port(text: str) -> int:
+    port = int(text) if text.isascii() and text.isdigit() else -1
+    if not 0 <= port <= 65535:
+        raise argparse.ArgumentTypeError(f"port is {text!r}, expected 1 to 65535, or 0 for any that is free")
+    return port

@@ -6,10 +6,7 @@ from typing import Any, Protocol
 from dob_companion.artifact import AXES, DobDesign
 from dob_companion.ground import Telemetry
 from dob_companion.supervisor import State
-
-BAR_HALF = 16
-FULL_SCALE = 0.3
-"""d_hat at which a bar is full, normalized torque: DOB_LIMIT's default."""
+from dob_companion.view.drawing import axis_bars, headline
 
 
 class Screen(Protocol):
@@ -132,25 +129,20 @@ class LiveScreen:
     def _view(self) -> Any:
         from rich.console import Group
         from rich.progress_bar import ProgressBar
-        from rich.table import Table
         from rich.text import Text
 
         seen = self._newest
         if seen is None or self._first_stamp is None:
             return Text("")
         elapsed = (seen.stamp_us - self._first_stamp) * 1e-6
-        top = Table.grid(padding=(0, 2))
-        top.add_row(
-            Text(f"{State(seen.state).name:9}", style=_STYLES.get(State(seen.state), "bold")),
+        top = headline(
+            State(seen.state).name,
             f"{seen.rate_hz:6.1f} Hz",
             f"delay {seen.delay_samples}",
             ProgressBar(total=self._flight_s, completed=min(elapsed, self._flight_s), width=30),
             f"{elapsed:5.1f} s",
         )
-        bars = Table.grid(padding=(0, 1))
-        for name, value in zip(AXES, seen.d_hat, strict=True):
-            bars.add_row(f"{name:5}", _bar(value), f"d_hat {value:+.4f}")
-        return Group(top, bars)
+        return Group(top, axis_bars(AXES, seen.d_hat))
 
 
 def screen_for(flight_s: float) -> Screen:
@@ -161,13 +153,3 @@ def screen_for(flight_s: float) -> Screen:
         return LiveScreen(flight_s)
     except ModuleNotFoundError:
         return PlainScreen()
-
-
-_STYLES = {State.ACTIVE: "bold green", State.FAULT: "bold red", State.DISABLED: "bold"}
-
-
-def _bar(value: float) -> str:
-    filled = min(BAR_HALF, round(BAR_HALF * abs(value) / FULL_SCALE))
-    left = ("█" * filled if value < 0 else "").rjust(BAR_HALF)
-    right = ("█" * filled if value > 0 else "").ljust(BAR_HALF)
-    return f"{left}│{right}"

@@ -1,4 +1,7 @@
-"""A pipe to the scribe that never waits: what does not fit is refused whole, and what has begun is finished first."""
+"""A pipe to a process of ours that never waits: what does not fit is refused whole, what has begun is finished first.
+
+So a flight recorder and whoever shows a flight get what the loop knows, and none of them can hold it up.
+"""
 
 import contextlib
 import fcntl
@@ -6,24 +9,32 @@ import os
 import select
 import subprocess
 import sys
+from collections.abc import Sequence
 
 PIPE_BYTES = 1 << 20
 """What an unprivileged process may ask for (/proc/sys/fs/pipe-max-size): many seconds of flight."""
 
 
-class ScribePipe:
-    """Starts the scribe and holds the writing end of its standard input."""
+class ProcessPipe:
+    """Starts `python -m MODULE ARGUMENTS…` and holds the writing end of its standard input.
 
-    def __init__(self, arguments: list[str]) -> None:
+    The process inherits standard error and the descriptors `keep`, and leaves when its input ends. The pipe takes
+    `size` bytes where the system grants it.
+    """
+
+    def __init__(
+        self, module: str, arguments: Sequence[str] = (), *, size: int = PIPE_BYTES, keep: Sequence[int] = ()
+    ) -> None:
         reading, self._fd = os.pipe()
         os.set_blocking(self._fd, False)
         with contextlib.suppress(OSError):
-            fcntl.fcntl(self._fd, fcntl.F_SETPIPE_SZ, PIPE_BYTES)
+            fcntl.fcntl(self._fd, fcntl.F_SETPIPE_SZ, size)
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "dob_companion.files.scribe", *arguments],
+            [sys.executable, "-m", module, *arguments],
             stdin=reading,
             stdout=subprocess.DEVNULL,
-            start_new_session=True,  # Ctrl-C is the daemon's; the scribe leaves when the daemon has
+            pass_fds=keep,
+            start_new_session=True,  # Ctrl-C is the daemon's; the process leaves when the daemon has
         )
         os.close(reading)
         self._rest = b""
@@ -31,7 +42,7 @@ class ScribePipe:
 
     @property
     def pid(self) -> int:
-        """Process id of the scribe."""
+        """Process id of the reader."""
         return self._process.pid
 
     def send(self, data: bytes) -> bool:
@@ -44,7 +55,7 @@ class ScribePipe:
         return written > 0
 
     def close(self, patience_s: float) -> None:
-        """Hand over what has begun and let the scribe end; each takes `patience_s` at most."""
+        """Hand over what has begun and let the process end; each takes `patience_s` at most."""
         if self._rest and not self.broken:
             select.select([], [self._fd], [], patience_s)
             self._finish()
@@ -66,3 +77,10 @@ class ScribePipe:
         except BrokenPipeError:
             self.broken, self._rest = True, b""
             return 0
+
+
+class ScribePipe(ProcessPipe):
+    """The pipe to the flight recorder's process."""
+
+    def __init__(self, arguments: Sequence[str]) -> None:
+        super().__init__("dob_companion.files.scribe", arguments)
