@@ -38,7 +38,7 @@ TIGHT = 0.02
 MOST_CELLS = 300
 """… or this many have been looked at."""
 
-INTERIOR, SEED, PHASES = 100, 20190716, 8
+INTERIOR, SEED, PHASES = 60, 20190716, 8
 FARTHEST = 8.0
 """The searches for safe and unsafe factors end here, or where the set has no meaning (gain 0, an unstable pole)."""
 
@@ -116,6 +116,18 @@ def analyse(problem: Problem, observer: Any, uncertainty: Uncertainty) -> Robust
         bound, guard, cells = _performance(grids, uncertainty, sampled)
     nominal = max(_peak(grid.M22) for grid in grids)
     return Robustness(safe, unsafe, farthest, nominal, sampled, bound, guard, cells, worst)
+
+
+def worth(problem: Problem, observer: Any, uncertainty: Uncertainty) -> tuple[bool, float]:
+    """For a search, less is better: (False, bound of gamma) when proved stable, else (True, -safe_factor)."""
+    require_in_plant(problem.plant, uncertainty)
+    coarse, fine = _grids(problem, observer, uncertainty)
+    grids = interconnect(problem, observer, coarse), interconnect(problem, observer, fine)
+    if _proved(grids, problem, observer, uncertainty):
+        sampled = _sampled(grids, uncertainty, samples(uncertainty, 0, SEED, 32))
+        bound, _, _ = _performance(grids, uncertainty, float(np.max(sampled)))
+        return (True, -1.0) if bound is None else (False, bound)
+    return True, -_safe_factor(problem, observer, uncertainty, 1.0, grids)
 
 
 def error_of(problem: Problem, observer: Any, uncertainty: Uncertainty, sample: Sample) -> Any:

@@ -19,7 +19,7 @@ import numpy as np
 from dob_companion.artifact import Certificate
 from dob_companion.errors import RefusedError
 from dob_companion.synthesis.problem import Problem
-from dob_companion.synthesis.robust import Robustness, analyse
+from dob_companion.synthesis.robust import Robustness, analyse, worth
 from dob_companion.synthesis.table import Table
 from dob_companion.synthesis.uncertainty import Uncertainty, parse_uncertainty
 
@@ -34,19 +34,16 @@ Solve = Callable[[Problem], tuple[Any, Certificate]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """One observer of the search: solved for `problem`, whose noise weight is `scale` times the asked one."""
+    """One observer of the search: solved for `problem`, whose noise weight is `scale` times the asked one.
+
+    `worth` is what is proved about it with the asked weights; less is better.
+    """
 
     scale: float
     problem: Problem
     observer: Any
     certificate: Certificate
-    robustness: Robustness
-
-    @property
-    def rank(self) -> tuple[bool, float]:
-        """Less is better: first proved stable, then the worst gain; while unproved, how far from it."""
-        bound = self.robustness.gamma_bound
-        return (True, -self.robustness.safe_factor) if bound is None else (False, bound)
+    worth: tuple[bool, float]
 
 
 def robust_synthesis(asked: Problem, uncertainty: Uncertainty, axes: tuple[str, ...] | None, solve: Solve) -> Candidate:
@@ -60,7 +57,7 @@ def robust_synthesis(asked: Problem, uncertainty: Uncertainty, axes: tuple[str, 
         best = _search(asked, uncertainty, solve, best)
     names = axes or tuple(f"input {i + 1}" for i in range(len(uncertainty.channels)))
     stated = {"robust_uncertainty": uncertainty.to_object(names), "robust_noise_scale": best.scale}
-    found = stated | best.robustness.record()
+    found = stated | analyse(asked, best.observer, uncertainty).record()
     return replace(best, certificate=replace(best.certificate, extra={**best.certificate.extra, **found}))
 
 
@@ -80,14 +77,14 @@ def _search(asked: Problem, uncertainty: Uncertainty, solve: Solve, best: Candid
     worse = 0
     for scale in SCALES[1:]:
         tried = _attempt(asked, uncertainty, solve, scale)
-        worse = 0 if tried is not None and tried.rank < best.rank else worse + 1
-        best = tried if tried is not None and tried.rank < best.rank else best
-        if worse == 2 and best.robustness.stable:
+        worse = 0 if tried is not None and tried.worth < best.worth else worse + 1
+        best = tried if tried is not None and tried.worth < best.worth else best
+        if worse == 2 and not best.worth[0]:
             break
     step = np.sqrt(2.0)
     for _ in range(REFINEMENTS):
         near = (_attempt(asked, uncertainty, solve, best.scale * turn) for turn in (1.0 / step, step))
-        best = min([best, *(one for one in near if one is not None)], key=lambda one: one.rank)
+        best = min([best, *(one for one in near if one is not None)], key=lambda one: one.worth)
         step = np.sqrt(step)
     return best
 
@@ -102,4 +99,4 @@ def _attempt(asked: Problem, uncertainty: Uncertainty, solve: Solve, scale: floa
 def _candidate(asked: Problem, uncertainty: Uncertainty, solve: Solve, scale: float) -> Candidate:
     problem = asked if scale == 1.0 else noise_scaled(asked, scale)
     observer, certificate = solve(problem)
-    return Candidate(scale, problem, observer, certificate, analyse(asked, observer, uncertainty))
+    return Candidate(scale, problem, observer, certificate, worth(asked, observer, uncertainty))
