@@ -23,6 +23,10 @@ from dob_companion.files.trace import GZIP, FrameReader, Kind, count_item, frame
 SYNC_S = 2.0
 """Wall time between two fdatasync: what a loss of power may cost at most."""
 
+NAP_S = 0.05
+"""Wall time between two looks into the pipe. Waiting in `read` instead would wake this process at every turn of the
+loop, on the loop's own core as often as not."""
+
 _PIECE = 1 << 16
 
 
@@ -194,12 +198,16 @@ def main(arguments: list[str]) -> int:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # the daemon's last words come after these
     with contextlib.suppress(OSError):
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))  # whatever the daemon was started with
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))  # whatever the daemon was started with
         os.nice(5)
     directory, flight, segment_bytes, segments = arguments
     scribe = Scribe(Path(directory), int(flight), int(segment_bytes), int(segments))
     reader = FrameReader()
-    while piece := os.read(0, _PIECE):
+    os.set_blocking(0, False)
+    while (piece := _read()) != b"":
+        if piece is None:
+            time.sleep(NAP_S)
+            continue
         for payload in reader.feed(piece):
             scribe.take(payload)
         scribe.flush()
@@ -207,6 +215,14 @@ def main(arguments: list[str]) -> int:
     if scribe.lost:
         _say(f"{directory}: {scribe.lost} turns of the loop were not recorded")
     return 1 if scribe.lost else 0
+
+
+def _read() -> bytes | None:
+    """What stands in the pipe, None when nothing does, b"" when nothing will."""
+    try:
+        return os.read(0, _PIECE)
+    except BlockingIOError:
+        return None
 
 
 def _say(text: str) -> None:

@@ -24,7 +24,7 @@ THRUST_FLOOR = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A change of state, s since the first gyro sample. `reason` as it was said: STATUSTEXT holds 50 characters."""
+    """A change of state. `reason` as it was said: STATUSTEXT holds 50 characters."""
 
     time: float
     state: State
@@ -33,13 +33,13 @@ class Change:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedFlight:
-    """Times in s of the daemon's clock since the first gyro sample; hover axes in the order roll, pitch, yaw.
+    """Times in s of the vehicle's clock since the first gyro sample; hover axes in the order roll, pitch, yaw.
 
     started, machine, generator   what the recording says of itself
     design                        sha256 of the design that flew
-    time, stamp_us       (N,)     when a gyro sample came, and its stamp on the vehicle's clock
+    time, stamp_us       (N,)     of each gyro sample; `time` goes on where the vehicle's clock restarts
     gyro                 (N, 3)   y_n, rad/s
-    state                (N,)     DOB_STATE when it came
+    state                (N,)     DOB_STATE when it came in
     flying               (N,)     the vehicle reported thrust
     correction           (N, 3)   the answer, normalized torque; NaN where there was none
     told, d_hat, rate_hz (M,), (M, 3), (M,)   telemetry: its time, estimate, measured rate
@@ -174,27 +174,28 @@ class FlightReader:
         """The flight read. Raises InputError, one line, when it holds too little to show."""
         if self._first is None or len(self._gyro) < 2:
             raise InputError(f"{source}: holds no gyro samples of a vehicle, so there is nothing to report")
-        times, stamps, rates, states, flying = zip(*self._gyro, strict=True)
-        start = times[0]
+        came, stamps, rates, states, flying = zip(*self._gyro, strict=True)
+        stamp_us = np.array(stamps, dtype=np.int64)
+        time = _flight_time(np.array(came), stamp_us)
         missing = (np.nan,) * 3
-        told = self._telemetry or [(start, missing, np.nan)]
+        told = self._telemetry or [(came[0], missing, np.nan)]
         return RecordedFlight(
             self._first.started,
             self._first.machine,
             self._first.generator,
             str(json.loads(self._first.design).get("sha256", "")),
-            np.array(times) - start,
-            np.array(stamps, dtype=np.int64),
+            time,
+            stamp_us,
             np.array(rates),
             np.array(states, dtype=np.int8),
             np.array(flying),
             np.array([self._answers.get(stamp, missing) for stamp in stamps]),
-            np.array([time for time, _, _ in told]) - start,
+            np.interp([at for at, _, _ in told], came, time),
             np.array([d_hat for _, d_hat, _ in told]),
             np.array([rate for _, _, rate in told]),
             np.array(self._ages, dtype=np.float64),
             np.array(self._took, dtype=np.float64),
-            tuple(Change(time - start, state, reason) for time, state, reason in self._changes),
+            tuple(Change(float(np.interp(at, came, time)), state, why) for at, state, why in self._changes),
             self._lost,
         )
 
@@ -205,3 +206,10 @@ class FlightReader:
         if head.startswith("DOB ") and name in State.__members__:
             self._state = State[name]
             self._changes.append((self._now, self._state, reason))
+
+
+def _flight_time(came: Array, stamp_us: NDArray[np.int64]) -> Array:
+    """The vehicle's clock from the first sample on; where it jumps back, the daemon's clock tells how long it was."""
+    steps = np.diff(stamp_us) * 1e-6
+    steps = np.where(steps < 0.0, np.diff(came), steps)
+    return np.concatenate(([0.0], np.cumsum(steps)))

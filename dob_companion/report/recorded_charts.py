@@ -35,14 +35,14 @@ def timeline(flight: RecordedFlight) -> Chart:
         )
     ]
     for i, axis in enumerate(AXES):
-        estimate, answer = flight.d_hat[:, i], flight.correction[:, i]
-        limit = symmetric([estimate, answer])
+        estimate, taken = flight.d_hat[:, i], -flight.correction[:, i]
+        limit = symmetric([estimate, taken])
         curves = (
             _trace("estimate d̂", flight.told, estimate, "bound", 1.6),
-            _trace("correction", flight.time, answer, "on", 1.2),
+            _trace("taken off by the correction", flight.time, taken, "on", 1.2),
         )
         panels.append(Panel(i + 1, 0, x, Scale("moment", "normalized", -limit, limit), curves, marks=marks, title=axis))
-    alt = "State of the companion, and estimate and correction of three axes, over the whole flight."
+    alt = "State of the companion, and estimate and negative correction of three axes, over the whole flight."
     return Chart("timeline", alt, tuple(panels), _WIDTH, 720, row_heights=(0.8, 1.0, 1.0, 1.0))
 
 
@@ -72,8 +72,9 @@ def spectra(off: Spectrum, on: Spectrum) -> Chart:
     panels = []
     for i, axis in enumerate(AXES):
         shown = [np.sqrt(each.density[1:, i]) for each in (off, on)]
-        floor = max(float(np.max(np.concatenate(shown))) * 1e-4, 1e-9)
-        y = Scale("body rate", "rad/s/√Hz", floor, float(np.max(np.concatenate(shown))) * 1.5 + floor, log=True)
+        peak = float(np.max(np.concatenate(shown)))
+        floor = max(1e-4 * peak, 1e-9)
+        y = Scale("body rate", "rad/s/√Hz", floor, max(1.5 * peak, 10.0 * floor), log=True)
         curves = (
             Curve("DISABLED or TRACKING", off.hz[1:], np.maximum(shown[0], floor), "off"),
             Curve("ACTIVE", on.hz[1:], np.maximum(shown[1], floor), "on"),
@@ -114,7 +115,7 @@ def _histogram(col: int, label: str, unit: str, values: Array, edges: Array, *, 
     band = Band("how often", x, np.full_like(x, _LEAST_COUNT), heights, "on")
     scale = Scale(label, unit, float(edges[0]), float(edges[-1]), log=log)
     curve = Curve("", x, heights, "on", width=1.0)
-    return Panel(0, col, scale, Scale("count", "", _LEAST_COUNT, float(top), log=True), (curve,), (band,), title=label)
+    return Panel(0, col, scale, Scale("count", "", _LEAST_COUNT, float(top), log=True), (curve,), (band,))
 
 
 def _trace(name: str, time: Array, values: Array, role: str, width: float) -> Curve:

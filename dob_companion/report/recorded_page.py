@@ -98,7 +98,8 @@ def _timeline(flight: RecordedFlight) -> PageFigure:
         charts.timeline(flight),
         "What it did.",
         "State (0 DISABLED, 1 WAITING, 2 TRACKING, 3 RAMP_IN, 4 ACTIVE, 5 RAMP_OUT, 6 FAULT), the estimate d_hat as "
-        "sent by telemetry, and the correction that answered each gyro sample: f · a · clip(−g · d_hat, ±limit).",
+        "sent by telemetry, and what the answers to the gyro samples took off the moment: minus the correction "
+        "f · a · clip(−g · d_hat, ±limit), so that both lie on each other where nothing is faded or limited.",
     )
 
 

@@ -96,7 +96,7 @@ def test_one_bit_of_one_correction_is_found_and_named(trace, on_disk, capsys):
     payloads[number] = bytes(altered)
     code, out, _ = run(capsys, "replay", on_disk(packed(payloads)))
     assert code == 1
-    assert re.search(r"turn \d+, t = [\d.]+ s: recorded .*, computed Correction\(stamp_us=\d+", out)
+    assert re.search(r"turn \d+, t = [\d.]+ s: recorded .*, computed DEBUG_VECT .*DOB_CORR", out)
 
 
 @pytest.mark.parametrize("change", ["left out", "put in"])
