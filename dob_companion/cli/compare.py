@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dob_companion.errors import InputError
-from dob_companion.files import make_directory, read_text, write_text
+from dob_companion.files import make_directory, read_text, reader_beside, write_text
 
 MOST_SEEDS = 1000
 
@@ -43,7 +43,9 @@ def run(args: argparse.Namespace) -> int:
         make_directory(args.out)
     try:
         _progress("designing")
-        axes = compare(design_from_toml(text, str(args.spec)), args.seeds, str(args.spec), _progress)
+        axes = compare(
+            design_from_toml(text, str(args.spec), read=reader_beside(args.spec)), args.seeds, str(args.spec), _progress
+        )
     finally:
         _progress("")
     found = json.dumps(comparison_object(axes), ensure_ascii=False, indent=1)

@@ -2,13 +2,16 @@
 
 import argparse
 import json
+import sys
 from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from dob_companion.artifact import Certificate, DobDesign, dumps
-from dob_companion.files import make_directory, read_text, write_text
+from dob_companion.cli.robustness import robustness_words
+from dob_companion.cli.tradeoff import tuning_object, tuning_table
+from dob_companion.files import make_directory, read_text, reader_beside, write_text
 
 _ROWS = (
     ("order", "observer order", "{:d}"),
@@ -30,10 +33,16 @@ def add_parser(subparsers: Any) -> None:
         "design",
         help="synthesize and certify an observer",
         description="Solve the H-infinity problem of a spec, certify the result, write design.json and report.html.",
-        epilog="example: dob-companion design examples/tailsitter_paper.toml -o my-design",
+        epilog="examples: dob-companion design examples/tailsitter_paper.toml -o my-design; "
+        "dob-companion design examples/tailsitter_auto.toml --auto -o my-design",
     )
     parser.add_argument("spec", type=Path, metavar="SPEC.toml", help="the design spec")
     parser.add_argument("-o", "--out", type=Path, required=True, metavar="DIR", help="where the results go")
+    parser.add_argument(
+        "--auto",
+        action="store_true",
+        help="find the weights from the spec's [auto] table; print and draw the trade-off",
+    )
     parser.add_argument("--json", action="store_true", help="print the certificates as JSON")
     parser.set_defaults(run=run)
 
@@ -44,16 +53,45 @@ def run(args: argparse.Namespace) -> int:
     from dob_companion.synthesis import design_from_toml
 
     created = datetime.now(UTC).isoformat(timespec="seconds")
-    text, design = dumps(design_from_toml(read_text(args.spec), str(args.spec), created))
+    spec = read_text(args.spec)
+    if args.auto:
+        found, tunings = _tuned(spec, args.spec, created)
+    else:
+        found, tunings = design_from_toml(spec, str(args.spec), created, reader_beside(args.spec)), ()
+    text, design = dumps(found)
     make_directory(args.out)
     write_text(args.out / "design.json", text)
-    write_text(args.out / "report.html", design_page(design))
+    write_text(args.out / "report.html", design_page(design, tunings))
     if args.json:
-        print(json.dumps({block.name: certificate_object(block.certificate) for block in design.blocks}))
+        print(json.dumps(_objects(design, tunings)))
     else:
-        print(certificate_table(design))
+        findings = filter(None, map(robustness_words, design.blocks))
+        print("\n\n".join([*map(tuning_table, tunings), certificate_table(design), *findings]))
         print(f"\nwritten: {args.out / 'design.json'} (sha256 {design.sha256[:8]}), {args.out / 'report.html'}")
     return 0
+
+
+def _tuned(text: str, path: Path, created: str) -> tuple[DobDesign, tuple[Any, ...]]:
+    from dob_companion.synthesis.tuning import tuned_design_from_toml
+
+    try:
+        return tuned_design_from_toml(text, str(path), created, _progress)
+    finally:
+        _progress("")
+
+
+def _objects(design: DobDesign, tunings: tuple[Any, ...]) -> dict[str, Any]:
+    """Certificates by block, each with its tuning when there was one."""
+    objects = {block.name: certificate_object(block.certificate) for block in design.blocks}
+    for tuning in tunings:
+        objects[tuning.name]["tuning"] = tuning_object(tuning)
+    return objects
+
+
+def _progress(text: str) -> None:
+    """What is at work, on one line of a terminal that the next replaces; nothing in a pipe."""
+    if sys.stderr.isatty():
+        print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
 
 
 def certificate_object(certificate: Certificate) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from dob_companion.artifact import DobDesign, dumps
 from dob_companion.demo.processes import child, free_udp_ports, last_line, stop
 from dob_companion.demo.screen import Screen
 from dob_companion.errors import FlightFailedError
-from dob_companion.files import make_directory, read_bytes, read_text, write_bytes, write_text
+from dob_companion.files import make_directory, read_bytes, read_text, reader_beside, write_bytes, write_text
 from dob_companion.ground import GroundStation
 from dob_companion.report.flight_page import flight_page
 from dob_companion.report.hero import hero_png
@@ -76,7 +76,7 @@ def fly_demo(demo: Demo, screen: Screen) -> tuple[dict[str, Any], int]:
 def _design(demo: Demo, screen: Screen) -> DobDesign:
     screen.act("design", f"solving the H-infinity problem of {demo.spec.name}")
     created = datetime.now(UTC).isoformat(timespec="seconds")
-    text, design = dumps(design_from_toml(read_text(demo.spec), str(demo.spec), created))
+    text, design = dumps(design_from_toml(read_text(demo.spec), str(demo.spec), created, reader_beside(demo.spec)))
     write_text(demo.out / "design.json", text)
     screen.certificate(design)
     return design

@@ -1,6 +1,6 @@
 """The room that touches disk: reading what people wrote, and writing so that nothing is ever half there."""
 
-from dob_companion.files.atomic import make_directory, read_bytes, read_text, write_bytes, write_text
+from dob_companion.files.atomic import make_directory, read_bytes, read_text, reader_beside, write_bytes, write_text
 from dob_companion.files.latest import LatestWriter
 from dob_companion.files.settings import SettingsKeeper, recover_settings
 
@@ -10,6 +10,7 @@ __all__ = [
     "make_directory",
     "read_bytes",
     "read_text",
+    "reader_beside",
     "recover_settings",
     "write_bytes",
     "write_text",

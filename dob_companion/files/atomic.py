@@ -3,6 +3,7 @@
 import contextlib
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from dob_companion.errors import InputError
@@ -22,6 +23,11 @@ def read_text(path: Path) -> str:
         return read_bytes(path).decode("utf-8")
     except UnicodeDecodeError as problem:
         raise InputError(f"{path}: not UTF-8 text: byte {problem.start} cannot be decoded") from None
+
+
+def reader_beside(path: Path) -> Callable[[str], bytes]:
+    """Reads files by the names that `path` mentions: relative ones from its own directory."""
+    return lambda name: read_bytes(path.parent / name)
 
 
 def make_directory(path: Path) -> None:

@@ -8,6 +8,7 @@ from dob_companion.artifact import Certificate, DobBlock, DobDesign
 from dob_companion.artifact import Problem as StoredProblem
 from dob_companion.errors import NotCertifiedError, RefusedError, SpecError
 from dob_companion.synthesis.certificate import Claim, certify
+from dob_companion.synthesis.model_file import Reader
 from dob_companion.synthesis.models import to_data, to_state_space, weight_to_state_space
 from dob_companion.synthesis.optimum import candidates, find_optimum
 from dob_companion.synthesis.problem import Problem
@@ -113,9 +114,9 @@ def design(spec: Spec, created: str = "") -> DobDesign:
     )
 
 
-def design_from_toml(text: str, source: str = "spec.toml", created: str = "") -> DobDesign:
-    """From a spec's text to a certified design; see `parse_spec` and `design` for the errors raised."""
-    spec = parse_spec(text, source)
+def design_from_toml(text: str, source: str = "spec.toml", created: str = "", read: Reader | None = None) -> DobDesign:
+    """From a spec's text to a certified design; see `parse_spec` and `design` for `read` and the errors raised."""
+    spec = parse_spec(text, source, read)
     try:
         return design(spec, created)
     except RefusedError as refusal:

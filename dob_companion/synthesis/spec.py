@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from dob_companion.artifact import AXES
 from dob_companion.errors import SpecError
 from dob_companion.synthesis.auto_spec import AutoSpec, parse_auto
+from dob_companion.synthesis.model_file import Reader, with_model_files
 from dob_companion.synthesis.table import Table
 from dob_companion.synthesis.uncertainty import Uncertainty, parse_uncertainty
 
@@ -111,13 +112,16 @@ class Spec:
         return 1.0 / self.rate_hz
 
 
-def parse_spec(text: str, source: str = "spec.toml") -> Spec:
-    """Read a design spec. Raises SpecError, one line that begins with `source`."""
+def parse_spec(text: str, source: str = "spec.toml", read: Reader | None = None) -> Spec:
+    """Read a design spec; `read` fetches the model files that it names (`model_file`).
+
+    Raises SpecError, one line that begins with `source`.
+    """
     try:
         raw = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as problem:
         raise SpecError(f"{source}: not TOML: {problem}") from None
-    top = Table(source, raw, ("design", "block", "auto"))
+    top = Table(source, with_model_files(raw, source, read), ("design", "block", "auto"))
     head = top.table("design", ("rate_hz", "delay_samples", "gamma_backoff"))
     rate = head.number("rate_hz", lambda x: x > 0, "a positive number of Hz")
     delay = head.whole("delay_samples", 1)

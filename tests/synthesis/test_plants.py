@@ -1,0 +1,30 @@
+"""Every plant of docs/plants.md: certified, and optimal by two methods."""
+
+import numpy as np
+import pytest
+
+from bench._plants import all_plants
+from dob_companion.synthesis import synthesize
+
+PLANTS = {plant.name: plant for plant in all_plants()}
+
+
+def test_there_are_at_least_twenty_five_plants():
+    assert len(PLANTS) >= 25
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_the_observer_is_certified_within_the_back_off(name):
+    plant = PLANTS[name]
+    result = synthesize(*plant.arguments, delay_samples=plant.delay)
+    certificate = result.certificate
+    p, m = plant.plant.D.shape
+    assert certificate.gamma <= 1.01 * certificate.gamma_star
+    assert certificate.gamma >= certificate.gamma_star * (1 - 1e-9)
+    assert certificate.command_leak <= 1e-6
+    assert certificate.observer_spectral_radius < 1
+    assert certificate.closed_loop_spectral_radius < 1
+    assert "LMI" in certificate.gamma_star_method
+    assert "Riccati" in certificate.gamma_star_method
+    assert np.all(result.observer.D[:, p:] == 0.0)
+    assert result.observer.D.shape == (m, p + m)
