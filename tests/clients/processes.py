@@ -83,14 +83,6 @@ class MavProxy:
         raise AssertionError(f"MAVProxy did not say {word!r}: " + "\n".join(self.seen[-20:]))
 
     def ask(self, command, word):
-        """Type a command until its answer comes: MAVProxy drops commands while it is busy."""
-        for _ in range(10):
-            self.type(command)
-            deadline = time.monotonic() + 3.0
-            while time.monotonic() < deadline:
-                with contextlib.suppress(queue.Empty):
-                    line = self.lines.get(timeout=0.1)
-                    self.seen.append(line)
-                    if word in line:
-                        return line
-        raise AssertionError(f"MAVProxy did not answer {command!r} with {word!r}: " + "\n".join(self.seen[-20:]))
+        """Type a command; the line of its answer."""
+        self.type(command)
+        return self.wait_for(word)

@@ -43,16 +43,14 @@ def test_mavsdk_lists_reads_and_toggles(design, kind):
 def test_mavproxy_lists_reads_and_toggles(design, kind, tmp_path):
     with flying(design, kind) as ground, MavProxy(f"udpin:127.0.0.1:{ground}", tmp_path) as console:
         console.wait_for("online system 1")
-        console.type("vehicle 1:191")
-        console.ask("param fetch", f"Received {len(NAMES)} parameters")
+        console.ask("vehicle 1:191", f"Received {len(NAMES)} parameters")
         shown = [console.ask(f"param show {name}", name).split()[-2:] for name in NAMES]
         assert [name for name, _ in shown] == NAMES
         assert float(dict(shown)["DOB_LIMIT"]) == pytest.approx(0.3)
-        for wish in (1, 0):
-            console.type(f"param set DOB_ENABLE {wish}")
+        for wish, heard in ((1, "DOB WAITING: switched on"), (0, "DOB DISABLED: switched off")):
+            console.ask(f"param set DOB_ENABLE {wish}", heard)
             console.ask("param fetch DOB_ENABLE", f"DOB_ENABLE = {wish}.0")
-        console.ask("param set DOB_STATE 3", "Failed to set DOB_STATE")
-        console.ask("param set DOB_GAIN 9", "Failed to set DOB_GAIN")
-        said = "\n".join(console.seen)
-        assert "DOB WAITING: switched on" in said
-        assert "DOB DISABLED: switched off" in said
+        console.type("param set DOB_STATE 3")
+        console.type("param set DOB_GAIN 9")
+        console.wait_for("Failed to set DOB_STATE")
+        console.wait_for("Failed to set DOB_GAIN")

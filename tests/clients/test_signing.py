@@ -132,8 +132,6 @@ def test_mavproxy_with_the_key_toggles(design, config, tmp_path):
     with flight as ground, MavProxy(f"udpin:127.0.0.1:{ground}", tmp_path) as console:
         console.type(f"signing key {PASSPHRASE}")
         console.wait_for("online system 1")
-        console.type("vehicle 1:191")
-        console.ask("param fetch DOB_ENABLE", "DOB_ENABLE = 0.0")
-        console.ask("param fetch", "Received 6 parameters")
-        console.type("param set DOB_ENABLE 1")
+        console.ask("vehicle 1:191", "Received 6 parameters")
+        console.ask("param set DOB_ENABLE 1", "DOB WAITING: switched on")
         console.ask("param fetch DOB_ENABLE", "DOB_ENABLE = 1.0")
