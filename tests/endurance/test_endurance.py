@@ -1,0 +1,74 @@
+"""A flight under every fault we know: nothing is ever computed from bad data, and it always comes back."""
+
+import pytest
+
+from tests.endurance.campaign import KINDS, Campaign
+from tests.endurance.oracle import Oracle
+from tests.endurance.processes import full_disk, killed
+
+SLOWEST_RECOVERY_S = 4.0
+"""2 s to fill the window of the rate, 0.5 s good on end, 0.5 s fading in, and what a bad start costs."""
+
+
+def judged(campaign):
+    assert campaign.oracle.wrong == []
+    assert campaign.unrecovered == []
+    assert campaign.oracle.fresh > 0.3 * campaign.samples
+    assert max(map(max, campaign.recoveries.values())) < SLOWEST_RECOVERY_S
+    assert campaign.a_second_autopilot()
+
+
+def test_a_minute_of_faults_makes_no_correction_from_bad_data():
+    judged(Campaign(2).fly(60.0))
+
+
+@pytest.mark.proof
+def test_an_hour_of_faults_makes_no_correction_from_bad_data():
+    campaign = Campaign(3).fly(3600.0)
+    judged(campaign)
+    assert min(len(campaign.recoveries[kind]) for kind in KINDS) > 20
+
+
+def test_the_oracle_finds_a_companion_that_listens_to_strangers():
+    campaign = Campaign(1)
+    campaign.companion._codec._at_full_rate = lambda *frame: type(campaign.companion._codec)._at_full_rate(
+        campaign.companion._codec, campaign.companion.vehicle, 1, *frame[2:]
+    )
+    assert campaign.fly(60.0).oracle.wrong
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ((-0.1, 0.0, 0.0), (-0.10001, 0.0, 0.0)),
+        ((-0.1, 0.0, 0.0), (0.1, 0.0, 0.0)),
+        ((-0.1, 0.0, 0.0), (-0.1, 0.01, 0.0)),
+        ((0.0, 0.0, 0.0), (-0.1, 0.0, 0.0)),
+    ],
+)
+def test_the_oracle_finds_a_correction_that_is_off_or_steps(before, after):
+    oracle = Oracle()
+    stamp = 0
+    for k in range(300):  # x goes to 0.1; f is driven from 0 to 1
+        stamp = 4000 * k
+        oracle.gyro(stamp, (0.1, 0.0, 0.0))
+        x = oracle._x[0]
+        f = min(1.0, max(0.0, 0.008 * (k - 50))) if before[0] else 0.0
+        oracle.correction(stamp, (-f * x, 0.0, 0.0) if f else (0.0, 0.0, 0.0))
+        oracle.moment(stamp, (0.0, 0.0, 0.0))
+    assert oracle.wrong == []
+    oracle.gyro(stamp + 4000, (0.1, 0.0, 0.0))
+    oracle.correction(stamp + 4000, after)
+    assert len(oracle.wrong) == 1
+
+
+def test_killed_in_flight_it_answers_again_and_no_answer_is_missing_in_the_record():
+    recoveries, missing = killed(1)
+    assert len(recoveries) == 1
+    assert missing == 0
+
+
+def test_a_full_disk_costs_no_answer(tmp_path):
+    replay, before, unanswered, troubles = full_disk(tmp_path)
+    assert (unanswered, troubles, replay.difference) == (0, [], "")
+    assert replay.corrections >= before
