@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
 
 from dob_companion.report.chart import Array, Chart, Curve, Mark, Panel, envelope
-from dob_companion.report.palette import COLOURS, INK, MUTED, RULE
+from dob_companion.report.palette import COLOURS, INK, MUTED, PAPER, RULE
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 48.0, 12.0, 46.0, 40.0
 _COL_GAP, _ROW_GAP = 44.0, 30.0
@@ -61,6 +61,14 @@ def svg(chart: Chart) -> str:
         nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
         figure.savefig(out, format="svg", metadata=nothing, transparent=True)
     return _inline(out.getvalue(), chart)
+
+
+def standalone(chart: Chart) -> str:
+    """The chart as an SVG file that shows by itself: own size, white ground, the page's family of fonts."""
+    ground = f'<rect width="100%" height="100%" fill="{PAPER}"/>'
+    head, body = svg(chart).split(">", 1)
+    size = f'<svg width="{chart.width}" height="{chart.height}"'
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{head.replace("<svg", size, 1)}>{ground}{body}\n'
 
 
 def data(chart: Chart) -> str:
