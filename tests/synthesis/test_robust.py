@@ -9,8 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dob_companion.artifact import dumps, loads
+from dob_companion.cli.robustness import robustness_words
 from dob_companion.errors import SpecError
+from dob_companion.report.design_page import design_page
+from dob_companion.report.robust_chart import robust_claims
 from dob_companion.synthesis import design_from_toml, parse_spec, synthesize, verify, zpk
+from dob_companion.synthesis.bands import robust_bands
 from dob_companion.synthesis.cells import Sample, disks, factor_system, first_cells, mode_root, samples
 from dob_companion.synthesis.destabilize import all_pass, band_pass
 from dob_companion.synthesis.interconnection import interconnect
@@ -314,3 +318,35 @@ def test_the_problem_stays_the_one_asked_for_apart_from_its_noise_weight(robust)
     z = np.exp(1j * ANGLES)
     solved = np.array([(weight.C @ np.linalg.solve(x * np.eye(1) - weight.A, weight.B) + weight.D)[0, 0] for x in z])
     np.testing.assert_allclose(solved, scale * shown, rtol=1e-9)
+
+
+# --- told to people --------------------------------------------------------------------------------------------------
+
+
+def test_the_command_line_says_how_far_it_is_safe(robust):
+    said = robustness_words(robust.blocks[0])
+    extra = robust.blocks[0].certificate.extra
+    assert "robust stability         proved" in said
+    assert f"safe up to               {extra['robust_safe_factor']:.4g} times" in said
+    assert f"at most {extra['robust_gamma_bound']:.4g}" in said
+
+
+def test_a_design_without_uncertainty_says_nothing_of_it(nominal, robust):
+    plain = replace(robust.blocks[0], certificate=nominal.certificate)
+    assert robustness_words(plain) == ""
+    assert robust_bands(plain, DT) is None
+    assert robust_claims(plain) == ()
+
+
+def test_the_report_draws_the_bands_and_states_the_claim(robust):
+    page = design_page(robust)
+    assert "Uncertain plants" in page
+    assert "Robust over the stated uncertainty." in page
+
+
+def test_every_drawn_plant_stays_below_what_is_guaranteed(robust):
+    bands = robust_bands(robust.blocks[0], DT)
+    assert bands.stable == bands.tried
+    assert np.all(bands.error.high <= bands.allowed)
+    for spread in (bands.rate_off, bands.rate_on, bands.error):
+        assert np.all((spread.low <= spread.model) & (spread.model <= spread.high))
