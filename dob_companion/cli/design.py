@@ -11,6 +11,7 @@ from typing import Any
 from dob_companion.artifact import Certificate, DobDesign, dumps
 from dob_companion.cli.robustness import robustness_words
 from dob_companion.cli.tradeoff import tuning_object, tuning_table
+from dob_companion.errors import SpecError
 from dob_companion.files import make_directory, read_text, reader_beside, write_text
 
 _ROWS = (
@@ -43,6 +44,7 @@ def add_parser(subparsers: Any) -> None:
         action="store_true",
         help="find the weights from the spec's [auto] table; print and draw the trade-off",
     )
+    parser.add_argument("--order", type=_states, metavar="N", help="reduce each observer to at most N states")
     parser.add_argument("--json", action="store_true", help="print the certificates as JSON")
     parser.set_defaults(run=run)
 
@@ -54,10 +56,15 @@ def run(args: argparse.Namespace) -> int:
 
     created = datetime.now(UTC).isoformat(timespec="seconds")
     spec = read_text(args.spec)
+    if args.auto and args.order is not None:
+        raise SpecError("--order: with --auto, put largest_order = N into the spec's [design] instead")
     if args.auto:
         found, tunings = _tuned(spec, args.spec, created)
     else:
-        found, tunings = design_from_toml(spec, str(args.spec), created, reader_beside(args.spec)), ()
+        found, tunings = (
+            design_from_toml(spec, str(args.spec), created, reader_beside(args.spec), largest_order=args.order),
+            (),
+        )
     text, design = dumps(found)
     make_directory(args.out)
     write_text(args.out / "design.json", text)
@@ -92,6 +99,13 @@ def _progress(text: str) -> None:
     """What is at work, on one line of a terminal that the next replaces; nothing in a pipe."""
     if sys.stderr.isatty():
         print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+
+
+def _states(text: str) -> int:
+    order = int(text)
+    if order < 1:
+        raise ValueError
+    return order
 
 
 def certificate_object(certificate: Certificate) -> dict[str, Any]:

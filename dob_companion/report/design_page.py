@@ -1,5 +1,6 @@
 """The page of a design: each block's problem, its certificate in words, the paper's Figs. 6–10 and its margins."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +20,11 @@ from dob_companion.report.evaluate import (
     step_response,
 )
 from dob_companion.report.page import PageFigure, figure, render
+from dob_companion.report.robust_chart import robust_claims, robust_figures
+from dob_companion.report.tradeoff_chart import tradeoff_figures
 from dob_companion.report.words import listed, number, plural, transfer_function
 from dob_companion.synthesis.responses import block_responses
+from dob_companion.synthesis.tuning import Tuning
 
 _TEST_MOMENT = 0.1
 """Size of the step and the gust, normalized torque."""
@@ -43,11 +47,17 @@ class BlockSection:
     further: list[tuple[str, str]]
     responses: list[PageFigure]
     margins: list[PageFigure]
+    tuning: list[PageFigure]
 
 
-def design_page(design: DobDesign) -> str:
-    """Self-contained HTML of one design; everything on it follows from the design's own matrices and certificate."""
+def design_page(design: DobDesign, tunings: Sequence[Tuning] = ()) -> str:
+    """Self-contained HTML of one design; everything on it follows from the design's own matrices and certificate.
+
+    `tunings`, one for each block when its weights were searched, add how they were chosen.
+    """
     sections = [_section(block, index, design.dt) for index, block in enumerate(design.blocks)]
+    for section, tuning in zip(sections, tunings, strict=False):
+        section.tuning.extend(tradeoff_figures(section.key, tuning))
     axes = tuple(axis for block in design.blocks for axis in block.axes)
     return render(
         "design.html.j2",
@@ -103,10 +113,11 @@ def _section(block: DobBlock, index: int, dt: float) -> BlockSection:
         diagram=_diagram(block, key, dt),
         models=_models(block, dt, observer),
         coupled=len(block.axes) > 1,
-        claims=claims(block, dt),
+        claims=(*claims(block, dt), *robust_claims(block)),
         further=further(block.certificate.extra),
         responses=_response_figures(key, axes),
-        margins=_margin_figures(key, block, axes, loops, plant, observer),
+        margins=[*_margin_figures(key, block, axes, loops, plant, observer), *robust_figures(key, block, dt)],
+        tuning=[],
     )
 
 

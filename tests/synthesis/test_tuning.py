@@ -1,0 +1,180 @@
+"""Tuning on the paper's pitch axis against the paper's own weights, and at the edges of what can be had."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import control as ct
+import numpy as np
+import pytest
+
+from dob_companion.cli.main import main
+from dob_companion.comparison.flight import expect
+from dob_companion.comparison.vehicle import Vehicle, close, no_observer
+from dob_companion.errors import SpecError, UnsolvableError
+from dob_companion.report.design_page import design_page
+from dob_companion.synthesis import parse_spec, synthesize
+from dob_companion.synthesis.models import from_data
+from dob_companion.synthesis.reduce import gramian
+from dob_companion.synthesis.tuning import tune_block, tuned_design_from_toml
+from dob_companion.synthesis.yardstick import Yardstick
+from tests.synthesis import paper
+
+EXAMPLE = (Path(__file__).parents[2] / "examples" / "tailsitter_auto.toml").read_text(encoding="utf-8")
+PITCH = EXAMPLE[: EXAMPLE.index('[[block]]\nname = "roll"')]
+
+
+@pytest.fixture(scope="module")
+def pitch():
+    """The example's pitch axis, tuned: (design, its tuning)."""
+    design, (tuning,) = tuned_design_from_toml(PITCH, "auto.toml")
+    return design, tuning
+
+
+def auto_with(old, new):
+    assert old in PITCH
+    return PITCH.replace(old, new, 1)
+
+
+def complaint(text):
+    with pytest.raises(SpecError) as caught:
+        parse_spec(text, "auto.toml")
+    assert str(caught.value).startswith("auto.toml: auto")
+    return str(caught.value)
+
+
+def test_it_beats_the_papers_weights_at_no_less_margin_and_no_more_noise(pitch):
+    _, tuning = pitch
+    assert tuning.own.disk_margin == pytest.approx(0.38117, abs=1e-4)
+    assert tuning.chosen.disk_margin >= tuning.own.disk_margin
+    assert tuning.chosen.noise <= tuning.own.noise
+    assert tuning.chosen.attenuation > 2.0 * tuning.own.attenuation
+
+
+def test_what_was_chosen_is_what_the_certificate_says(pitch):
+    design, tuning = pitch
+    (block,) = design.blocks
+    assert block.certificate.disk_margin == pytest.approx(tuning.chosen.disk_margin, rel=1e-6)
+    assert block.certificate.slowest_mode_s == pytest.approx(tuning.chosen.slowest_s, rel=1e-6)
+    assert block.certificate.disk_margin >= 0.3812
+    assert block.certificate.gamma_star == pytest.approx(1.0, abs=1e-3)
+
+
+def test_in_the_papers_weather_it_flies_better_than_the_papers_weights_also_off_nominal(pitch):
+    design, _ = pitch
+    tuned = from_data(design.blocks[0].observer, paper.DT)
+    theirs = synthesize(paper.PLANT, paper.PID, paper.W_D, paper.W_N).observer
+    nominal = Vehicle(paper.PLANT, paper.PID, 1)
+    for vehicle in (nominal, nominal.with_gain(0.7), nominal.with_gain(1.3), nominal.with_delay(1)):
+        flown = [expect(close(vehicle, observer), 0.02).attitude for observer in (tuned, theirs)]
+        assert flown[0] < flown[1]
+    off = expect(close(nominal, no_observer(paper.DT)), 0.02).attitude
+    assert off / expect(close(nominal, tuned), 0.02).attitude > 12.0
+
+
+def test_more_margin_or_less_noise_costs_attenuation(pitch):
+    _, tuning = pitch
+    margins = [row for row in tuning.rows if row.asked.noise == tuning.asked.noise]
+    gained = [row.found.attenuation for row in margins]
+    assert len(gained) >= 4
+    assert gained == sorted(gained, reverse=True)
+    assert all(row.asked.excess(row.found) == 0.0 for row in tuning.rows)
+    assert tuning.limited_by == ("the disk margin",)
+
+
+def test_the_yardstick_agrees_with_the_closed_loop():
+    spec = parse_spec(PITCH)
+    observer = synthesize(paper.PLANT, paper.PID, paper.W_D, paper.W_N).observer
+    measured = Yardstick(paper.PLANT, paper.PID, (1,), spec.auto).measure(observer)
+    vehicle = Vehicle(paper.PLANT, paper.PID, 1)
+    hertz = np.geomspace(0.1, 3.0, 200)
+    power = []
+    for around in (no_observer(paper.DT), observer):
+        theta = _part(close(vehicle, around), 4, 0)
+        gain = np.abs(ct.frequency_response(theta, 2.0 * np.pi * hertz).frdata[0, 0])
+        power.append(np.trapezoid(gain**2, hertz))
+    assert measured.attenuation == pytest.approx(np.sqrt(power[0] / power[1]), rel=2e-3)
+    heard = _part(close(vehicle, observer, attitude=False), 2, 1)
+    noise = heard.C @ gramian(heard.A, heard.B) @ heard.C.T + heard.D @ heard.D.T
+    assert measured.noise == pytest.approx(3.981e-4 * float(np.sqrt(noise[0, 0])), rel=1e-6)
+    assert measured.disk_margin == pytest.approx(0.38117, rel=2e-3)
+
+
+def _part(loop, output, source):
+    return ct.minreal(loop[output, source], verbose=False)
+
+
+def test_coupled_axes_are_tuned_together():
+    text = PITCH[: PITCH.index("[[block]]")] + (
+        '[[block]]\nname = "lateral"\naxes = ["roll", "yaw"]\n'
+        '[[block.plant.entry]]\nfrom = "roll"\nto = "roll"\nzeros = [-1.716]\npoles = [1.0, 0.9447]\ngain = 0.084786\n'
+        '[[block.plant.entry]]\nfrom = "yaw"\nto = "yaw"\nzeros = [-1.716]\npoles = [1.0, 0.9447]\ngain = 0.0494585\n'
+        "[block.controller]\nA = []\nB = []\nC = []\nD = [[0.25, 0.0], [0.0, 0.43]]\n"
+    )
+    spec = parse_spec(text.replace("0.3812", "0.5"))
+    tuning = tune_block(spec.blocks[0], spec.dt, spec.gamma_backoff, spec.auto)
+    assert tuning.chosen.disk_margin >= 0.5
+    assert tuning.chosen.attenuation > 3.0
+    assert len(tuning.noise) == 2
+
+
+def test_limits_that_nothing_keeps_are_refused_with_the_nearest_found():
+    spec = parse_spec(auto_with("least_disk_margin = 0.3812 ", "least_disk_margin = 1.2 "))
+    with pytest.raises(UnsolvableError, match=r"block 'pitch': no weights .*nearest.*without observer .*0\.893"):
+        tune_block(spec.blocks[0], spec.dt, spec.gamma_backoff, spec.auto)
+
+
+def test_an_attitude_loop_that_is_unstable_by_itself_is_named():
+    spec = parse_spec(PITCH)
+    with pytest.raises(UnsolvableError, match="attitude loop"):
+        tune_block(spec.blocks[0], spec.dt, spec.gamma_backoff, replace(spec.auto, attitude_gain=200.0))
+
+
+def test_a_noise_density_becomes_its_rms_at_the_rate():
+    spec = parse_spec(auto_with("noise_rms = 3.981e-4", "noise_density = 3.561e-5"))
+    assert spec.auto.noise_rms == pytest.approx(3.981e-4, rel=1e-3)
+
+
+def test_an_unknown_key_of_auto_names_the_nearest_one():
+    message = complaint(auto_with("least_disk_margin", "least_disc_margin"))
+    assert "unknown key 'least_disc_margin'; did you mean 'least_disk_margin'?" in message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("[0.1, 3.0]", "[3.0, 0.1]", "0 < low < high < 125 Hz"),
+        ("[0.1, 3.0]", "[0.1, 200.0]", "0 < low < high < 125 Hz"),
+        ("noise_rms = 3.981e-4", "noise_rms = nan", "noise_rms: expected a positive number"),
+        ("noise_rms = 3.981e-4", "", "noise_density (rad/s/√Hz) or noise_rms (rad/s)"),
+        ("noise_rms = 3.981e-4", "noise_rms = 1e-4\nnoise_density = 1e-5", "one of them"),
+        ("least_disk_margin = 0.3812", "least_disk_margin = 2.5", "between 0 and 2"),
+        ("least_disk_margin = 0.3812", "", "'least_disk_margin' is missing"),
+    ],
+)
+def test_a_bad_value_of_auto_says_what_was_expected(old, new, expected):
+    assert expected in complaint(auto_with(old, new))
+
+
+def test_weights_may_be_left_out_only_where_they_are_to_be_found(tmp_path, capsys):
+    bare = PITCH[: PITCH.index("# Weights may")]
+    (spec := tmp_path / "auto.toml").write_text(bare, encoding="utf-8")
+    assert main(["design", str(spec), "-o", str(tmp_path / "out")]) == 2
+    assert "block 'pitch': key 'weights' is missing" in capsys.readouterr().err
+    (plain := tmp_path / "plain.toml").write_text(paper.spec_text(), encoding="utf-8")
+    assert main(["design", str(plain), "--auto", "-o", str(tmp_path / "out")]) == 2
+    assert "plain.toml: key 'auto' is missing" in capsys.readouterr().err
+
+
+def test_the_command_prints_the_same_weights_again_and_the_page_draws_the_trade_off(tmp_path, capsys, pitch):
+    (spec := tmp_path / "auto.toml").write_text(PITCH, encoding="utf-8")
+    assert main(["design", str(spec), "--auto", "-o", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert ">  chosen" in printed
+    assert f"gain = {pitch[1].disturbance.gain!r} }}" in printed
+    assert "the spec's own weights         7.36" in printed
+    assert 'id="b0-tradeoff' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_page_of_a_design_without_tuning_has_no_trade_off(pitch):
+    assert "b0-tradeoff" in design_page(pitch[0], (pitch[1],))
+    assert "b0-tradeoff" not in design_page(pitch[0])
