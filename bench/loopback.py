@@ -1,8 +1,9 @@
 """Gyro message in to correction out over loopback UDP at 250 Hz, beside a bare echo in C and MAVSDK's raw messages.
 
-All three answer within the same 4 ms, a third of it each, to the same sender. The time from sending to having the answer
-includes two passes of the kernel and the sender's own waking; the noise of the machine's scheduler is measured by that
-sender as well, as how late it wakes from its sleeps. The sender is Python, which adds the same few microseconds to each.
+All three answer within the same 4 ms, a third of it each, to the same sender. The time from sending to having the
+answer includes two passes of the kernel and the sender's own waking; the noise of the machine's scheduler is
+measured by that sender as well, as how late it wakes from its sleeps. The sender is Python, which adds the same few
+microseconds to each.
 """
 
 import os

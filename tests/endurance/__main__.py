@@ -43,9 +43,7 @@ def main(minutes=60.0, seed=1):
     with tempfile.TemporaryDirectory() as name:
         replay, before, unanswered, troubles = full_disk(Path(name))
     say("\n| what happened | |\n| --- | --: |")
-    say(
-        f"| messages sent to the companion, of them lost, corrupted | {campaign.sent}, {campaign.lost}, {campaign.corrupted} |"
-    )
+    say(f"| messages sent, of them lost, corrupted | {campaign.sent}, {campaign.lost}, {campaign.corrupted} |")
     say(f"| corrections fresh, faded, zero | {oracle.fresh}, {oracle.faded}, {oracle.zero} |")
     say(f"| **corrections computed from bad data** | **{len(oracle.wrong)}** |")
     say(
@@ -60,8 +58,8 @@ def main(minutes=60.0, seed=1):
     say(" ".join(rules.split()))
     say(
         "\nThe oracle is `tests/endurance/oracle.py`; tests show that it finds a companion that listens to strangers, "
-        "one that steps, and one altered by a hundred-thousandth. A crash would have ended the command, which catches no "
-        "exception: there was none. "
+        "one that steps, and one altered by a hundred-thousandth. A crash would have ended the command, which catches "
+        "no exception: there was none. "
         "Corrupt means a burst of up to 16 wrong bits, which the checksum always finds."
     )
 
