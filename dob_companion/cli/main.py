@@ -6,10 +6,10 @@ import sys
 from collections.abc import Sequence
 
 from dob_companion import __version__
-from dob_companion.cli import compare, demo, design, inspect, param, replay, report, run, status
+from dob_companion.cli import compare, demo, design, doctor, inspect, param, replay, report, run, status
 from dob_companion.errors import DobError, InputError
 
-COMMANDS = (demo, design, inspect, compare, run, param, status, replay, report)
+COMMANDS = (demo, design, inspect, compare, doctor, run, param, status, replay, report)
 EXIT_INTERRUPTED = 130
 
 _EXTRA_OF = {"cvxpy": "design", "clarabel": "design", "control": "design", "scipy": "design", "matplotlib": "design"}

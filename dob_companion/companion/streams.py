@@ -42,6 +42,11 @@ class StreamRequests:
         self._ask_at = now
         return self._open.pop(0)
 
+    def give_up(self, now: float) -> None:
+        """Nobody answers the open request: go on to the next."""
+        self._open = self._open[1:]
+        self._ask_at = now
+
     @property
     def deadline(self) -> float:
         """When `due` will next have something to say."""

@@ -1,0 +1,137 @@
+"""`dob-companion doctor`: what is heard on a link, and whether a design can fly on it."""
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from dob_companion.cli.run import DEFAULT_LINK
+
+if TYPE_CHECKING:
+    from dob_companion.companion.diagnosis import Diagnosis
+    from dob_companion.companion.listening import Listening
+
+MARKS = {"ok": "ok     ", "note": "note   ", "missing": "MISSING"}
+
+
+def add_parser(commands: Any) -> None:
+    """Add `doctor` to the command line."""
+    parser = commands.add_parser(
+        "doctor",
+        help="what is heard on a link, and what is missing",
+        description="Listen to a vehicle: who is heard, rates, delays, signs, which profile fits, what is missing. Sends "
+        "heartbeats, stream requests and TIMESYNC, never a correction. Exit code 0: fit to fly by; 1: not.",
+        epilog=f"example: dob-companion doctor --link {DEFAULT_LINK} --design design.json",
+    )
+    parser.add_argument("--link", default=DEFAULT_LINK, metavar="URL", help="link to the autopilot (%(default)s)")
+    parser.add_argument("--design", type=Path, metavar="FILE", help="judge for this design; adds the sign check")
+    parser.add_argument("--seconds", type=_seconds, default=5.0, metavar="S", help="time to measure (%(default)g)")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.set_defaults(run=run)
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0.5 <= value <= 3600.0:
+        raise argparse.ArgumentTypeError("expected 0.5 to 3600 seconds")
+    return value
+
+
+def run(args: argparse.Namespace) -> int:
+    """Listen, judge, print."""
+    import time
+
+    from dob_companion.cli.daemon import load_flyable
+    from dob_companion.companion.diagnosis import DESIGN_RATE_HZ, diagnose
+    from dob_companion.companion.listening import Listening, Stage
+    from dob_companion.runtime import open_link, parse_link_url
+    from dob_companion.runtime.listen import listen
+
+    design = load_flyable(args.design) if args.design else None
+    url = parse_link_url(args.link)
+    link = open_link(url)
+    dt = design.dt if design else 1.0 / DESIGN_RATE_HZ
+    listening = Listening(dt, args.seconds, design, now=time.monotonic(), datagrams=url.datagrams)
+
+    def tell(stage: Stage) -> None:
+        if sys.stderr.isatty() and stage is not Stage.DONE:
+            print(f"{url}: {stage.value} …", file=sys.stderr, flush=True)
+
+    try:
+        listen(listening, link, tell)
+    finally:
+        link.close()
+    diagnosis = diagnose(listening, design)
+    print(
+        json.dumps(_as_json(listening, diagnosis), indent=1) if args.json else "\n".join(_as_text(listening, diagnosis))
+    )
+    return 0 if diagnosis.fit else 1
+
+
+def _as_text(listening: "Listening", diagnosis: "Diagnosis") -> Iterator[str]:
+    for finding in diagnosis.findings:
+        yield f"{MARKS[finding.verdict.value]}  {finding.topic:14}  {finding.text}"
+        if finding.remedy:
+            yield f"{'':25}→ {finding.remedy}"
+    rows = [row for row in _streams(listening) if row["count"] > 1]
+    if rows:
+        yield ""
+        yield f"{'heard from':10}  {'message':32}{'count':>7}{'by stamp':>11}{'by clock':>11}   stamps"
+    for row in sorted(rows, key=lambda row: -row["count"]):
+        stamp = f"{row['rate_by_stamp_hz']:8.1f} Hz" if row["rate_by_stamp_hz"] is not None else "—"
+        who = f"{row['system']}/{row['component']}"
+        clock = f"{row['rate_by_clock_hz']:8.1f} Hz"
+        yield f"{who:10}  {row['message']:32}{row['count']:>7}{stamp:>11}{clock:>11}   {row['stamps']}"
+    yield ""
+    yield "fit to fly by" if diagnosis.fit else "not fit to fly by: see what is MISSING"
+
+
+def _as_json(listening: "Listening", diagnosis: "Diagnosis") -> dict[str, Any]:
+    trips = sorted(listening.round_trips_s)
+    return {
+        "fit": diagnosis.fit,
+        "profile": diagnosis.profile,
+        "findings": [
+            {"verdict": f.verdict.value, "topic": f.topic, "text": f.text, "remedy": f.remedy}
+            for f in diagnosis.findings
+        ],
+        "heard": [
+            {
+                "system": p.sender.system,
+                "component": p.sender.component,
+                "autopilot": p.make,
+                "vehicle": p.vehicle,
+                "armed": p.armed,
+            }
+            for p in listening.presences.values()
+        ],
+        "streams": list(_streams(listening)),
+        "round_trip_ms": {
+            "asked": listening.asked_time,
+            "answered": len(trips),
+            "median": 1e3 * trips[len(trips) // 2] if trips else None,
+            "p95": 1e3 * trips[math.ceil(0.95 * len(trips)) - 1] if trips else None,
+        },
+    }
+
+
+def _streams(listening: "Listening") -> Iterator[dict[str, Any]]:
+    for (sender, name), stream in listening.streams.items():
+        by_stamp = stream.rate_by_stamp_hz
+        drift, error = stream.drift_percent()
+        known = stream.stamped and not math.isnan(drift)
+        yield {
+            "system": sender.system,
+            "component": sender.component,
+            "message": name,
+            "count": len(stream.wall),
+            "rate_by_stamp_hz": None if math.isnan(by_stamp) else by_stamp,
+            "rate_by_clock_hz": stream.rate_by_wall_hz,
+            "stamps": (stream.pattern() + ("" if stream.fine else ", counted in ms")) if stream.stamped else "none",
+            "gaps": stream.gaps if stream.stamped else None,
+            "drift_percent": drift if known else None,
+            "drift_error_percent": error if known else None,
+        }

@@ -1,0 +1,322 @@
+"""What was heard on a link, judged: findings with their remedies, and which profile fits. Pure."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from dob_companion.artifact import DobDesign
+from dob_companion.companion.listening import Listening
+from dob_companion.companion.streamlog import StreamLog
+from dob_companion.supervisor import RoundTrip
+
+FULL_RATE = 0.95
+"""Share of the design's rate that the companion needs before it injects."""
+
+DESIGN_RATE_HZ = 250.0
+ONE_SAMPLE = (1, 3)
+"""Link delay designed for and delay margin, in samples, that are assumed where no design is given."""
+
+NOTABLE_DRIFT_PERCENT, BAD_DRIFT_PERCENT = 0.1, 2.0
+NOTABLE_SHARE = 0.01
+
+
+class Verdict(Enum):
+    """What a finding means for flying."""
+
+    OK = "ok"
+    NOTE = "note"
+    MISSING = "missing"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One line of the report; `remedy` is "" where nothing needs to be done."""
+
+    verdict: Verdict
+    topic: str
+    text: str
+    remedy: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Where the inputs of an observer come from: any one of `gyro`, any one of `moment`, and what it takes."""
+
+    name: str
+    makes: tuple[str, ...]
+    gyro: tuple[str, ...]
+    moment: tuple[str, ...]
+    needs: str
+
+
+PROFILES = (
+    Profile(
+        "sitl",
+        (),
+        ("HIGHRES_IMU",),
+        ("ACTUATOR_CONTROL_TARGET",),
+        "a vehicle that sends the applied moment, adds DOB_CORR and lets it fade (docs/interfaces.md, the vehicle)",
+    ),
+    Profile(
+        "ardupilot",
+        ("ArduPilot",),
+        ("HIGHRES_IMU", "RAW_IMU"),
+        ("ACTUATOR_CONTROL_TARGET", "SERVO_OUTPUT_RAW"),
+        "the scripting mixer (FRAME_CLASS 17, SCR_ENABLE 1, SERVO1..4_FUNCTION 33..36) and a Lua script that adds DOB_CORR "
+        "through load_factors and answers with ACTUATOR_CONTROL_TARGET",
+    ),
+    Profile(
+        "px4",
+        ("PX4",),
+        ("HIGHRES_IMU",),
+        ("ACTUATOR_CONTROL_TARGET", "ACTUATOR_OUTPUT_STATUS", "SERVO_OUTPUT_RAW"),
+        "a module of your own that adds uORB debug_vect DOB_CORR to the torque setpoint, IMU_INTEG_RATE of 250 or more, "
+        "and the torque sent as ACTUATOR_CONTROL_TARGET, which stock PX4 no longer does",
+    ),
+)
+FLOWN = "sitl"
+"""The profile that `run` flies; an autopilot of any make can speak it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """All findings. `fit` is True when nothing that `run` needs is missing; `profile` names the best match, or None."""
+
+    fit: bool
+    profile: str | None
+    findings: tuple[Finding, ...]
+
+
+def diagnose(heard: Listening, design: DobDesign | None) -> Diagnosis:
+    """Judge what was heard, for a design or, without one, for 250 Hz and one sample of delay."""
+    rate_hz = 1.0 / design.dt if design else DESIGN_RATE_HZ
+    findings = list(_who(heard))
+    profile = None
+    if heard.autopilot is not None:
+        profile = _best_profile(heard, rate_hz)
+        findings += [
+            *_requests(heard),
+            *_inputs(heard, rate_hz),
+            *_stamps(heard),
+            *_delay(heard, rate_hz, design),
+            *_signs(heard, design),
+            *_profile(heard, profile),
+        ]
+    fit = all(finding.verdict is not Verdict.MISSING for finding in findings)
+    return Diagnosis(fit, profile, tuple(findings))
+
+
+# Who is there ---------------------------------------------------------------------------------------------------
+
+
+def _who(heard: Listening) -> Iterator[Finding]:
+    autopilots = [presence for presence in heard.presences.values() if presence.make]
+    if not autopilots:
+        yield _nobody(heard)
+    for presence in autopilots:
+        state = "armed" if presence.armed else "disarmed"
+        text = f"system {presence.sender.system}: {presence.make} autopilot of a {presence.vehicle}, {state}"
+        yield Finding(Verdict.OK, "autopilot", text)
+    if len(autopilots) > 1:
+        systems = ", ".join(str(presence.sender.system) for presence in autopilots)
+        text = f"{len(autopilots)} autopilots on one link: systems {systems}"
+        yield Finding(
+            Verdict.MISSING, "autopilot", text, "one link for each vehicle; or set `system` in the configuration"
+        )
+    for other in heard.presences.values():
+        if not other.make:
+            text = f"{other.sender.system}/{other.sender.component}: {other.vehicle}"
+            if other.sender.component == 191:
+                remedy = "stop it first: systemctl stop dob-companion"
+                yield Finding(Verdict.MISSING, "companion", f"another companion is on the link, {text}", remedy)
+            else:
+                yield Finding(Verdict.NOTE, "component", text)
+    if heard.listener.bad:
+        text = f"{heard.listener.bad} pieces of garbage"
+        yield Finding(Verdict.NOTE, "link", text, "wiring, baud rate, or another protocol on the same link")
+    if heard.signed:
+        text = f"{heard.signed} of {heard.signed + heard.unsigned} messages are signed"
+        yield Finding(Verdict.NOTE, "signing", text, "give `run` the key: signing_key_file (docs/links.md)")
+
+
+def _nobody(heard: Listening) -> Finding:
+    if heard.presences:
+        who = ", ".join(f"{p.sender.system}/{p.sender.component}" for p in heard.presences.values())
+        return Finding(
+            Verdict.MISSING, "autopilot", f"only {who} heard, no autopilot (component 1)", "connect it to this link"
+        )
+    if heard.listener.bad or heard.listener.unknown:
+        return Finding(
+            Verdict.MISSING, "autopilot", "bytes arrive, but no MAVLink heartbeat", "baud rate; SERIALn_PROTOCOL 2"
+        )
+    return Finding(
+        Verdict.MISSING,
+        "autopilot",
+        "nothing is heard",
+        "cable and baud rate; for udpin the vehicle must send to this address and port; one program alone can listen there",
+    )
+
+
+# What it sends --------------------------------------------------------------------------------------------------
+
+
+def _requests(heard: Listening) -> Iterator[Finding]:
+    for name, answer in heard.answers.items():
+        if answer is None:
+            text = f"{name}: the request for its rate is not answered"
+            yield Finding(
+                Verdict.NOTE, "requests", text, "let commands from component 191 through; is signing required?"
+            )
+        elif not answer:
+            yield Finding(Verdict.NOTE, "requests", f"{name}: the vehicle refuses to send it at this rate")
+
+
+def _inputs(heard: Listening, rate_hz: float) -> Iterator[Finding]:
+    for name, what in (("HIGHRES_IMU", "gyro"), ("ACTUATOR_CONTROL_TARGET", "applied moment")):
+        stream = heard.stream(name)
+        if stream is None or not stream.stamped:
+            yield Finding(Verdict.MISSING, what, f"no {name}", _how_to_get(heard, name))
+            continue
+        stamp, wall = stream.rate_by_stamp_hz, stream.rate_by_wall_hz
+        enough = stamp >= FULL_RATE * rate_hz
+        text = f"{name} at {stamp:.1f} Hz by its stamps, {wall:.1f} Hz by this clock, of {rate_hz:g} Hz"
+        remedy = "" if enough else _how_to_speed_up(heard)
+        yield Finding(Verdict.OK if enough else Verdict.MISSING, what, text, remedy)
+    if not heard.finite:
+        yield Finding(Verdict.MISSING, "gyro", "rates that are not finite", "the autopilot's gyro is not healthy")
+    elif len(heard.rates_seen) == 1:
+        text = "the rates never change, not even by noise"
+        yield Finding(Verdict.MISSING, "gyro", text, "gyro calibrated and running? HIGHRES_IMU filled in?")
+
+
+def _how_to_get(heard: Listening, name: str) -> str:
+    make = heard.autopilot.make if heard.autopilot else ""
+    if name == "ACTUATOR_CONTROL_TARGET":
+        return next((p.needs for p in PROFILES if make in p.makes), PROFILES[0].needs)
+    return "a message interval for it on this link (MAV_CMD_SET_MESSAGE_INTERVAL, or the autopilot's stream settings)"
+
+
+def _how_to_speed_up(heard: Listening) -> str:
+    make = heard.autopilot.make if heard.autopilot else ""
+    own = {
+        "PX4": "IMU_INTEG_RATE of 250 or more, MAV_n_RATE for the baud rate; ",
+        "ArduPilot": "SCHED_LOOP_RATE of 400 or more; ",
+    }
+    return own.get(make, "") + "921600 baud or UDP, a link of its own, fewer other streams on it"
+
+
+def _stamps(heard: Listening) -> Iterator[Finding]:
+    for name in ("HIGHRES_IMU", "ACTUATOR_CONTROL_TARGET"):
+        stream = heard.stream(name)
+        if stream is None or not stream.stamped:
+            continue
+        yield Finding(Verdict.OK, "stamps", f"{name}: {stream.pattern()}")
+        for count, what in ((stream.gaps, "gaps"), (stream.backward, "stamps that do not increase")):
+            if count > NOTABLE_SHARE * len(stream.stamps):
+                text = f"{name}: {count} {what} in {len(stream.stamps)}"
+                yield Finding(Verdict.NOTE, "stamps", text, "a lossy or overfull link; bridged one at a time")
+    gyro = heard.stream("HIGHRES_IMU")
+    if gyro is not None and gyro.stamped:
+        yield from _drift(gyro)
+
+
+def _drift(stream: StreamLog) -> Iterator[Finding]:
+    drift, error = stream.drift_percent()
+    if abs(drift) < max(NOTABLE_DRIFT_PERCENT, 2.0 * error):
+        return
+    text = f"the vehicle's clock runs {abs(drift):.2f} ± {error:.2f} % {'fast' if drift > 0 else 'slow'}"
+    if abs(drift) < BAD_DRIFT_PERCENT:
+        yield Finding(Verdict.NOTE, "clock", f"{text}: followed, everything runs on its stamps")
+    else:
+        yield Finding(Verdict.MISSING, "clock", text, "a simulation slower than real time, or a link that falls behind")
+
+
+# Delay, signs ---------------------------------------------------------------------------------------------------
+
+
+def _delay(heard: Listening, rate_hz: float, design: DobDesign | None) -> Iterator[Finding]:
+    delay, margin = _designed_for(design)
+    whose = "the design" if design else "a design for one sample"
+    trips = RoundTrip()
+    for seconds in heard.round_trips_s:
+        trips.add(seconds)
+    if not heard.round_trips_s:
+        text = f"none of {heard.asked_time} TIMESYNC was answered: the delay is not known"
+        yield Finding(Verdict.MISSING, "delay", text, "let TIMESYNC through to the autopilot (a router may keep it)")
+    else:
+        median, p95 = (1e3 * trips.percentile(share) for share in (0.5, 0.95))
+        samples = [1 + math.floor(1e-3 * ms * rate_hz) for ms in (median, p95)]
+        text = (
+            f"TIMESYNC round trip {median:.1f} ms in the median, {p95:.1f} ms at 95 %: corrections {samples[0]} and "
+            f"{samples[1]} samples old; {whose} stands {delay + 1} and {delay + margin}"
+        )
+        good = samples[0] <= delay + 1 and samples[1] <= delay + margin
+        remedy = (
+            "" if good else "a link of its own at 921600 baud or UDP, fewer streams, or a design for more delay_samples"
+        )
+        yield Finding(Verdict.OK if good else Verdict.MISSING, "delay", text, remedy)
+    known = [age for age in heard.ages if math.isfinite(age) and age >= 0.0]
+    if known:
+        text = f"the vehicle reports corrections {np.median(known):g} samples old in the median"
+        yield Finding(Verdict.NOTE, "delay", text, "corrections were at work: is another companion flying?")
+    elif heard.ages:
+        text = "the age that the vehicle reports cannot be known: doctor sends no corrections"
+        yield Finding(Verdict.NOTE, "delay", text)
+
+
+def _designed_for(design: DobDesign | None) -> tuple[int, int]:
+    if design is None:
+        return ONE_SAMPLE
+    stands = min(block.delay_samples + block.certificate.delay_margin_samples for block in design.blocks)
+    delay = min(block.delay_samples for block in design.blocks)
+    return delay, stands - delay
+
+
+def _signs(heard: Listening, design: DobDesign | None) -> Iterator[Finding]:
+    if heard.correctors:
+        who = ", ".join(f"{sender.system}/{sender.component}" for sender in sorted(heard.correctors, key=str))
+        text = f"corrections of {who} are on the link"
+        yield Finding(Verdict.MISSING, "companion", text, "one companion for each vehicle: stop the other one")
+    if heard.check is None or design is None:
+        yield Finding(Verdict.NOTE, "signs", "not looked at: they need a design", "add --design FILE")
+        return
+    errors = heard.check.errors()
+    for error in errors:
+        remedy = "rates in rad/s, moments as normalized torque, hover axes (docs/interfaces.md)"
+        yield Finding(Verdict.MISSING, "signs", error, remedy)
+    unproven = heard.check.unproven()
+    if unproven and not errors:
+        text = f"{', '.join(unproven)}: cannot be known from listening to a vehicle that moves too little"
+        yield Finding(Verdict.NOTE, "signs", text, "doctor again in hover; `run` checks them in TRACKING too")
+    elif not errors:
+        yield Finding(Verdict.OK, "signs", "rates and moments of all axes belong together as the design says")
+
+
+# Profile --------------------------------------------------------------------------------------------------------
+
+
+def _best_profile(heard: Listening, rate_hz: float) -> str | None:
+    """The profile that `run` flies if its streams are there, else that of the autopilot's make, else none."""
+    make = heard.autopilot.make if heard.autopilot else ""
+
+    def delivers(names: tuple[str, ...]) -> bool:
+        streams = [heard.stream(name) for name in names]
+        return any(s is not None and s.stamped and s.rate_by_stamp_hz >= FULL_RATE * rate_hz for s in streams)
+
+    fitting = [p.name for p in PROFILES if delivers(p.gyro) and delivers(p.moment) and (not p.makes or make in p.makes)]
+    return fitting[0] if fitting else None
+
+
+def _profile(heard: Listening, profile: str | None) -> Iterator[Finding]:
+    make = heard.autopilot.make if heard.autopilot else ""
+    needs = next((p.needs for p in PROFILES if make in p.makes), PROFILES[0].needs)
+    if profile == FLOWN:
+        yield Finding(Verdict.OK, "profile", f"{profile}: `run --profile {profile}` has its inputs")
+    elif profile is None:
+        yield Finding(Verdict.MISSING, "profile", "none has its inputs", needs)
+    else:
+        text = f"{profile} has its inputs; `run` flies {FLOWN} only"
+        yield Finding(Verdict.MISSING, "profile", text, needs)

@@ -1,0 +1,212 @@
+"""Listening to a vehicle without flying it: what `doctor` does on a link, as a pure object with the companion's verbs.
+
+It sends heartbeats, requests for streams, and TIMESYNC; never a correction or a parameter. When it is done it asks the
+vehicle to send at its own rates again.
+"""
+
+from enum import Enum
+
+import numpy as np
+
+from dob_companion.artifact import DobDesign
+from dob_companion.companion.streamlog import StreamLog
+from dob_companion.companion.streams import StreamRequests
+from dob_companion.mavlink import (
+    AppliedMoment,
+    Codec,
+    CommandAck,
+    CorrectionHeard,
+    Fact,
+    GyroSample,
+    Sender,
+    Speaker,
+    TimesyncReply,
+    TimesyncRequest,
+)
+from dob_companion.mavlink.listener import Heard, Listener, Presence, stream_request
+from dob_companion.supervisor import AxisCheck
+
+HEARTBEAT_S = 1.0
+TIMESYNC_S = 0.1
+PATIENCE_S = 2.5
+"""Wall time for an answer to a request, one repetition included; then it counts as unanswered."""
+
+SETTLING_S = 1.0
+"""Wall time after the last request before anything is measured: rates change, and queues run empty."""
+
+WANTED = {
+    "PX4": ("HIGHRES_IMU", "ACTUATOR_CONTROL_TARGET", "ACTUATOR_OUTPUT_STATUS", "SERVO_OUTPUT_RAW"),
+    "ArduPilot": ("HIGHRES_IMU", "RAW_IMU", "ACTUATOR_CONTROL_TARGET", "SERVO_OUTPUT_RAW"),
+}
+ALWAYS_WANTED = ("HIGHRES_IMU", "ACTUATOR_CONTROL_TARGET")
+"""What is asked for at the design's rate, by make of the autopilot."""
+
+
+class Stage(Enum):
+    """How far it is."""
+
+    WAITING = "waiting for an autopilot"
+    ASKING = "asking for streams"
+    SETTLING = "letting streams settle"
+    MEASURING = "measuring"
+    DONE = "done"
+
+
+class Listening:
+    """Waits up to `seconds` for an autopilot, asks for what it may deliver, and measures for `seconds`."""
+
+    def __init__(
+        self, dt: float, seconds: float, design: DobDesign | None, *, now: float = 0.0, datagrams: bool = True
+    ) -> None:
+        self.stage = Stage.WAITING
+        self.presences: dict[Sender, Presence] = {}
+        self.streams: dict[tuple[Sender, str], StreamLog] = {}
+        self.answers: dict[str, bool | None] = {}
+        self.round_trips_s: list[float] = []
+        self.asked_time = 0
+        self.ages: list[float] = []
+        self.rates_seen: set[tuple[float, float, float]] = set()
+        self.finite = True
+        self.correctors: set[Sender] = set()
+        self.signed = self.unsigned = 0
+        self.system: int | None = None
+        self.check = AxisCheck(design) if design else None
+        self.listener = Listener(datagrams=datagrams)
+        self._dt, self._seconds = dt, seconds
+        self._codec, self._speaker = Codec(datagrams=datagrams), Speaker()
+        self._requests: StreamRequests | None = None
+        self._open_until = float("inf")
+        self._until = now + seconds
+        self._next_beat = now
+        self._next_timesync = float("inf")
+        self._gyro: GyroSample | None = None
+        self._paired_us = 0
+        self._out: list[bytes] = []
+
+    # The four verbs -------------------------------------------------------------------------------------------
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Take bytes from the link."""
+        for heard in self.listener.hear(data):
+            if isinstance(heard, Presence):
+                self._present(heard, now)
+            else:
+                self._heard(heard, now)
+        for fact in self._codec.facts(data):
+            self._take(fact, now)
+
+    def advance(self, now: float) -> None:
+        """Do what is due, and go on to the next stage when this one is over."""
+        if now >= self._next_beat:
+            self._next_beat = now + HEARTBEAT_S
+            self._out.append(self._speaker.heartbeat(fault=False))
+        if now >= self._next_timesync:
+            self._next_timesync = now + TIMESYNC_S
+            self.asked_time += self.stage is Stage.MEASURING
+            self._out.append(self._speaker.ask_time(round(now * 1e9)))
+        if self.stage is Stage.ASKING:
+            self._ask(now)
+        elif now >= self._until:
+            self._next_stage(now)
+
+    def bytes_to_send(self) -> list[bytes]:
+        """Messages to send, oldest first; each call empties the list."""
+        out, self._out = self._out, []
+        return out
+
+    def next_deadline(self) -> float:
+        """When `advance` must be called even if nothing comes in."""
+        asking = self._requests.deadline if self._requests and self.stage is Stage.ASKING else float("inf")
+        return min(self._next_beat, self._next_timesync, self._until, asking, self._open_until)
+
+    # Stages ---------------------------------------------------------------------------------------------------
+
+    @property
+    def autopilot(self) -> Presence | None:
+        """The autopilot that was listened to."""
+        return self.presences.get(Sender(self.system, 1)) if self.system is not None else None
+
+    def stream(self, name: str) -> StreamLog | None:
+        """A stream of the autopilot."""
+        return self.streams.get((Sender(self.system, 1), name)) if self.system is not None else None
+
+    def _present(self, presence: Presence, now: float) -> None:
+        self.presences[presence.sender] = presence
+        if self.system is None and presence.make:
+            self.system = self._codec.system = self._speaker.system = presence.sender.system
+            names = WANTED.get(presence.make, ALWAYS_WANTED)
+            self.answers = dict.fromkeys(names)
+            self._requests = StreamRequests(tuple(stream_request(name, round(1e6 * self._dt)) for name in names))
+            self._requests.start(now)
+            self.stage, self._until, self._open_until = Stage.ASKING, float("inf"), now + PATIENCE_S
+
+    def _ask(self, now: float) -> None:
+        assert self._requests is not None
+        if now >= self._open_until:
+            self._requests.give_up(now)
+            self._open_until = now + PATIENCE_S
+        request = self._requests.due(now)
+        if request:
+            self._out.append(self._speaker.request(request))
+        elif self._requests.deadline == float("inf"):
+            self.stage, self._until, self._open_until = Stage.SETTLING, now + SETTLING_S, float("inf")
+
+    def _next_stage(self, now: float) -> None:
+        if self.stage is Stage.SETTLING:
+            self.streams.clear()
+            self.stage, self._until, self._next_timesync = Stage.MEASURING, now + self._seconds, now
+            return
+        for name in self.answers:
+            self._out.append(self._speaker.request(stream_request(name, 0)))
+        self.stage, self._until = Stage.DONE, float("inf")
+        self._next_timesync = self._next_beat = float("inf")
+
+    # What is heard --------------------------------------------------------------------------------------------
+
+    def _heard(self, heard: Heard, now: float) -> None:
+        if heard.signed:
+            self.signed += 1
+        else:
+            self.unsigned += 1
+        key = (heard.sender, heard.name)
+        self.streams.setdefault(key, StreamLog(heard.name)).add(now, heard.stamp_us, heard.fine)
+
+    def _take(self, fact: Fact, now: float) -> None:
+        match fact:
+            case CommandAck():
+                self._acknowledged(fact, now)
+            case TimesyncRequest():
+                self._out.append(self._speaker.timesync(fact, round(now * 1e9)))
+            case CorrectionHeard():
+                self.correctors.add(fact.sender)
+            case TimesyncReply() if self.stage is Stage.MEASURING:
+                self.round_trips_s.append(now - fact.ts1_ns * 1e-9)
+            case GyroSample() if self.stage is Stage.MEASURING:
+                self._sample(fact)
+            case AppliedMoment() if self.stage is Stage.MEASURING:
+                self._moment(fact)
+
+    def _acknowledged(self, ack: CommandAck, now: float) -> None:
+        request = self._requests.answered(ack, now) if self._requests else None
+        if request:
+            self.answers[request.name] = ack.accepted
+            self._open_until = now + PATIENCE_S
+
+    def _sample(self, sample: GyroSample) -> None:
+        self._gyro = sample
+        self.finite = self.finite and bool(np.all(np.isfinite(sample.rates)))
+        if len(self.rates_seen) < 2:
+            self.rates_seen.add(sample.rates)
+
+    def _moment(self, applied: AppliedMoment) -> None:
+        self.ages.append(applied.age_samples)
+        gyro = self._gyro
+        if self.check is None or gyro is None or gyro.stamp_us != applied.stamp_us or not self.finite:
+            return
+        step = 1e-6 * (applied.stamp_us - self._paired_us)
+        if abs(step - self._dt) > 0.5 * self._dt:
+            self.check.clear()
+        self._paired_us = applied.stamp_us
+        own = np.subtract(applied.moment, applied.correction)
+        if np.all(np.isfinite(own)):
+            self.check.add(np.asarray(gyro.rates), own)

@@ -1,0 +1,109 @@
+"""Everything that is said on a link, by name: for who only listens. What the companion flies by is read by `codec`."""
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from pymavlink.dialects.v20 import common as mav
+
+from dob_companion.mavlink.codec import AUTOPILOT
+from dob_companion.mavlink.facts import Sender
+from dob_companion.mavlink.speaker import StreamRequest
+
+_MAKES = {
+    mav.MAV_AUTOPILOT_ARDUPILOTMEGA: "ArduPilot",
+    mav.MAV_AUTOPILOT_PX4: "PX4",
+    mav.MAV_AUTOPILOT_GENERIC: "generic",
+}
+OTHER_MAKE = "other"
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """One message. `stamp_us` is the vehicle's stamp in µs, None without one; `fine` tells whether it counts µs and not
+    ms."""
+
+    sender: Sender
+    name: str
+    stamp_us: int | None
+    fine: bool
+    signed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Presence:
+    """A heartbeat. `make` is "ArduPilot", "PX4", "generic" or "other" for an autopilot, "" for anything else."""
+
+    sender: Sender
+    make: str
+    vehicle: str
+    armed: bool
+
+
+class Listener:
+    """Reads all messages of the common dialect; `bad` counts pieces of garbage, `unknown` messages without a name."""
+
+    def __init__(self, *, datagrams: bool = True) -> None:
+        self.bad = self.unknown = 0
+        self._datagrams = datagrams
+        self._parser = _parser()
+
+    def hear(self, data: bytes) -> Iterator[Heard | Presence]:
+        """What `data` says: one datagram, or any piece of a byte stream."""
+        for message in self._messages(data):
+            number = message.get_msgId()
+            if number == mav.MAVLINK_MSG_ID_HEARTBEAT:
+                yield _presence(message)
+            name = message.get_type()
+            if name.startswith("UNKNOWN"):
+                self.unknown += 1
+            else:
+                yield _heard(message, name)
+
+    def _messages(self, data: bytes) -> Iterator[Any]:
+        try:
+            found = self._parser.parse_buffer(data) or []
+        except (mav.MAVError, struct.error, ValueError, IndexError):
+            found = []
+            self._parser, self.bad = _parser(), self.bad + 1
+        if self._datagrams and self._parser.buf_len() > 0:
+            self._parser, self.bad = _parser(), self.bad + 1
+        for message in found:
+            if message.get_type() == "BAD_DATA":
+                self.bad += 1
+            else:
+                yield message
+
+
+def stream_request(name: str, interval_us: int) -> StreamRequest:
+    """A message of the common dialect wanted at an interval; 0 stands for the vehicle's own default."""
+    return StreamRequest(name, getattr(mav, f"MAVLINK_MSG_ID_{name}"), interval_us)
+
+
+def _parser() -> Any:
+    parser = mav.MAVLink(None)
+    parser.robust_parsing = True
+    return parser
+
+
+def _sender(message: Any) -> Sender:
+    return Sender(message.get_srcSystem(), message.get_srcComponent())
+
+
+def _heard(message: Any, name: str) -> Heard:
+    fine = getattr(message, "time_usec", None)
+    coarse = getattr(message, "time_boot_ms", None)
+    stamp = fine if fine is not None else coarse * 1000 if coarse is not None else None
+    return Heard(_sender(message), name, stamp, fine is not None, bool(message.get_header().incompat_flags & 1))
+
+
+def _presence(message: Any) -> Presence:
+    autopilot = message.autopilot != mav.MAV_AUTOPILOT_INVALID and message.get_srcComponent() == AUTOPILOT
+    kind = mav.enums["MAV_TYPE"].get(message.type)
+    return Presence(
+        _sender(message),
+        _MAKES.get(message.autopilot, OTHER_MAKE) if autopilot else "",
+        kind.name.removeprefix("MAV_TYPE_").lower().replace("_", " ") if kind else f"type {message.type}",
+        bool(message.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED),
+    )
