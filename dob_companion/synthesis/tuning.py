@@ -94,7 +94,7 @@ class Limits:
     def room(self, m: Measured) -> Array:
         """Logarithmic distance (3,) to each limit, negative where it is broken."""
         shares = (m.disk_margin / self.disk_margin, self.noise / m.noise, self.slowest_s / m.slowest_s)
-        return np.log(np.maximum(shares, 1e-12))
+        return np.asarray(np.log(np.maximum(shares, 1e-12)))
 
     def excess(self, m: Measured) -> float:
         """By how much the limits are broken; 0 when kept."""
@@ -325,12 +325,13 @@ class _Search:
             return np.concatenate([limits.room(m) if m else np.full(3, -NO_ANSWER), x, 1.0 - x])
 
         x = (np.log([start.disturbance_hz, start.crossing_hz, start.noise_hz]) - low) / span
-        options = {"maxiter": steps, "rhobeg": 0.08, "tol": 1e-3}
-        optimize.minimize(height, x, method="COBYLA", constraints={"type": "ineq", "fun": room}, options=options)
+        options: Any = {"maxiter": steps, "rhobeg": 0.08, "tol": 1e-3}
+        limited: Any = {"type": "ineq", "fun": room}
+        optimize.minimize(height, x, method="COBYLA", constraints=limited, options=options)
 
     def rows(self, asked: Limits) -> tuple[Row, ...]:
         """The trade-off around what was asked; rows that cannot be had are left out."""
-        here = self.best(asked, FRONT_STEPS)
+        here = self.best(asked, POLISH_STEPS)
         if here is None:
             return ()
         noise = min(asked.noise, here.measured.noise)

@@ -108,7 +108,7 @@ def test_coupled_axes_are_tuned_together():
         '[[block]]\nname = "lateral"\naxes = ["roll", "yaw"]\n'
         '[[block.plant.entry]]\nfrom = "roll"\nto = "roll"\nzeros = [-1.716]\npoles = [1.0, 0.9447]\ngain = 0.084786\n'
         '[[block.plant.entry]]\nfrom = "yaw"\nto = "yaw"\nzeros = [-1.716]\npoles = [1.0, 0.9447]\ngain = 0.0494585\n'
-        "[block.controller]\nA = []\nB = []\nC = []\nD = [[0.25, 0.0], [0.0, 0.43]]\n"
+        "[block.controller]\nA = []\nB = []\nC = []\nD = [[0.12, 0.0], [0.0, 0.2]]\n"
     )
     spec = parse_spec(text.replace("0.3812", "0.5"))
     tuning = tune_block(spec.blocks[0], spec.dt, spec.gamma_backoff, spec.auto)
