@@ -6,8 +6,8 @@ from tests.endurance.campaign import KINDS, Campaign
 from tests.endurance.oracle import Oracle
 from tests.endurance.processes import full_disk, killed
 
-SLOWEST_RECOVERY_S = 4.0
-"""2 s to fill the window of the rate, 0.5 s good on end, 0.5 s fading in, and what a bad start costs."""
+SLOWEST_RECOVERY_S = 6.0
+"""2 s to fill the window of the rate, 0.5 s good on end, 0.5 s fading in; twice the last two when loss interrupts."""
 
 
 def judged(campaign):
