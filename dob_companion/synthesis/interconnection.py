@@ -37,7 +37,7 @@ PERRON_STEPS = 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Interconnection:
-    """M over N angles: q -> v (N, m, m), w -> v (N, m, k), q -> e (N, m, m), w -> e (N, m, k)."""
+    """M over N angles: q -> v (N, m, m), w -> v (N, m, k), q -> e (N, m, m), w -> e (N, m, k); M11 one angle on."""
 
     angles: Array
     dt: float
@@ -45,6 +45,13 @@ class Interconnection:
     M12: ComplexArray
     M21: ComplexArray
     M22: ComplexArray
+    next_angles: Array
+    M11_next: ComplexArray
+
+    def at(self, index: NDArray[np.intp]) -> "Interconnection":
+        """The same at some of the angles only."""
+        M11, M12, M21, M22, M11_next = (part[index] for part in (self.M11, self.M12, self.M21, self.M22, self.M11_next))
+        return Interconnection(self.angles[index], self.dt, M11, M12, M21, M22, self.next_angles[index], M11_next)
 
     def closed(self, factors: ComplexArray) -> ComplexArray:
         """w -> e with the factors phi (N, m) in place."""
@@ -59,6 +66,22 @@ class Interconnection:
         radii = np.where(np.isfinite(radii), radii, 1e9)  # an unbounded disk proves nothing and must not raise
         N11, N12, N21, N22 = self._shifted(centres - 1.0)
         return (_single if radii.shape[1] == 1 else _several)(N11, N12, N21, N22, radii)
+
+    def crossing(self, centres: ComplexArray, radii: Array, following: ComplexArray) -> Array:
+        """Below 1 where no phi in the disks puts a pole on the unit circle between this angle and the next.
+
+        beta plus || D (I - M11 c)^-1 (change of M11 c to the next angle) D^-1 ||: within a step the loop's curve stays
+        within its chord's length. `following` are the centres one angle on.
+        """
+        radii, unit = np.where(np.isfinite(radii), radii, 1e9), np.eye(radii.shape[1])
+        here = self.M11 * (centres - 1.0)[:, None, :]
+        closed = np.linalg.inv(unit - here)
+        N, E = closed @ self.M11 * radii[:, None, :], closed @ (self.M11_next * (following - 1.0)[:, None, :] - here)
+        if radii.shape[1] == 1:
+            return np.asarray(np.abs(N[:, 0, 0]) + np.abs(E[:, 0, 0]))
+        scale = _perron(np.abs(N) + np.abs(E))
+        ratio = scale[:, :, None] / scale[:, None, :]
+        return np.asarray(_norms(N * ratio) + _norms(E * ratio))
 
     def _shifted(self, delta: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
         m, column = delta.shape[1], delta[:, :, None]
@@ -75,7 +98,9 @@ def interconnect(problem: Problem, observer: Any, angles: Array) -> Interconnect
     answer, error = response(loop.part("u_e", "d", "n"), angles), response(loop.part("error", "d", "n"), angles)
     M11, M21 = answer[:, :, : loop.m].copy(), error[:, :, : loop.m] - unit  # q comes in where d does, but is not d
     answer[:, :, : loop.m] += unit
-    return Interconnection(angles, problem.dt, M11, answer @ weights, M21, error @ weights)
+    parts = M11, answer @ weights, M21, error @ weights
+    on = np.minimum(np.arange(len(angles)) + 1, len(angles) - 1)
+    return Interconnection(angles, problem.dt, *parts, angles[on], M11[on])
 
 
 def _single(

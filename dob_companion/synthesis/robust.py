@@ -6,8 +6,9 @@ mu bound holds (`interconnection.py`); the worst cell is halved until the bound 
 zero exclusion: a connected set of plants with one stable loop, none of whose members puts a closed-loop pole on the
 unit circle at any frequency, is stable altogether. Each combination of delays is such a set.
 
-Frequencies are a grid: it is evaluated, then its midpoints, and the bound is raised by twice what the midpoints
-added (`grid_guard`), at least by GUARD.
+Frequencies are a grid. For stability every step of it is covered: the loop's change to the next angle counts against
+the bound (`Interconnection.crossing`), and GUARD on top. For gamma the grid is evaluated, then its midpoints, and the
+bound is raised by twice what the midpoints added (`grid_guard`), at least by GUARD.
 """
 
 from collections.abc import Callable
@@ -29,6 +30,8 @@ from dob_companion.synthesis.uncertainty import Uncertainty
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+Bound = Callable[[Interconnection, Cell, ComplexArray, Array], Array]
+"""Of a cell over the angles of a grid."""
 
 GRID = 600
 GUARD = 1e-3
@@ -102,29 +105,27 @@ def analyse(problem: Problem, observer: Any, uncertainty: Uncertainty) -> Robust
     Raises SpecError when an uncertain pole or mode is not one of the plant's.
     """
     require_in_plant(problem.plant, uncertainty)
-    coarse, fine = _grids(problem, observer, uncertainty)
-    grids = interconnect(problem, observer, coarse), interconnect(problem, observer, fine)
+    grids = _grids(problem, observer, uncertainty)
     seen = samples(uncertainty, INTERIOR, SEED)
     farthest = _farthest(uncertainty)
     unsafe = _unsafe_factor(problem, observer, uncertainty, farthest, grids[0])
     safe = _safe_factor(problem, observer, uncertainty, unsafe or farthest, grids)
-    peaks = _sampled(grids, uncertainty, seen)
+    peaks = _sampled(grids[:2], uncertainty, seen)
     worst = seen[int(np.argmax(peaks))]
     sampled, bound, guard, cells = None, None, 0.0, 0
     if safe >= 1.0:
         sampled = max(hinf_norm(error_of(problem, observer, uncertainty, worst))[0], float(np.max(peaks)))
         bound, guard, cells = _performance(grids, uncertainty, sampled)
-    nominal = max(_peak(grid.M22) for grid in grids)
+    nominal = max(_peak(grid.M22) for grid in grids[:2])
     return Robustness(safe, unsafe, farthest, nominal, sampled, bound, guard, cells, worst)
 
 
 def worth(problem: Problem, observer: Any, uncertainty: Uncertainty) -> tuple[bool, float]:
     """For a search, less is better: (False, bound of gamma) when proved stable, else (True, -safe_factor)."""
     require_in_plant(problem.plant, uncertainty)
-    coarse, fine = _grids(problem, observer, uncertainty)
-    grids = interconnect(problem, observer, coarse), interconnect(problem, observer, fine)
+    grids = _grids(problem, observer, uncertainty)
     if _proved(grids, problem, observer, uncertainty):
-        sampled = _sampled(grids, uncertainty, samples(uncertainty, 0, SEED, 32))
+        sampled = _sampled(grids[:2], uncertainty, samples(uncertainty, 0, SEED, 32))
         bound, _, _ = _performance(grids, uncertainty, float(np.max(sampled)))
         return (True, -1.0) if bound is None else (False, bound)
     return True, -_safe_factor(problem, observer, uncertainty, 1.0, grids)
@@ -154,8 +155,8 @@ def require_in_plant(plant: Any, uncertainty: Uncertainty) -> None:
                 )
 
 
-def _grids(problem: Problem, observer: Any, uncertainty: Uncertainty) -> tuple[Array, Array]:
-    """Angles close around every resonance of the loop and every place a mode may be; and their midpoints."""
+def _grids(problem: Problem, observer: Any, uncertainty: Uncertainty) -> tuple[Interconnection, ...]:
+    """Angles close around every resonance of the loop and every place a mode may be; their midpoints; a denser grid."""
     loop = close_loop(problem.plant, problem.controller, observer, problem.delays)
     marks = [angle_grid(loop.system.A, GRID)]
     for channel in uncertainty.channels:
@@ -163,7 +164,10 @@ def _grids(problem: Problem, observer: Any, uncertainty: Uncertainty) -> tuple[A
         marks += [np.linspace(m.frequency_hz.low, m.frequency_hz.high, 40) * hertz for m in channel.modes]
         marks.append(np.array(channel.frequency_hz) * hertz)
     coarse = np.unique(np.clip(np.concatenate(marks), 0.0, np.pi))
-    return coarse, (coarse[1:] + coarse[:-1]) / 2.0
+    fine = (coarse[1:] + coarse[:-1]) / 2.0
+    both = np.union1d(coarse, fine)
+    dense = np.union1d(both, (both[1:] + both[:-1]) / 2.0)
+    return tuple(interconnect(problem, observer, angles) for angles in (coarse, fine, dense))
 
 
 def _sampled(grids: tuple[Interconnection, ...], uncertainty: Uncertainty, seen: list[Sample]) -> Array:
@@ -192,56 +196,60 @@ def _performance(
     grids: tuple[Interconnection, ...], uncertainty: Uncertainty, sampled: float
 ) -> tuple[float | None, float, int]:
     """Bound of gamma, its grid guard, and the number of cells it took; None when no bound was found."""
-    peak, leaves, cells = _branch(
-        grids[0], uncertainty, lambda _, gamma: gamma, lambda top: top <= sampled * (1.0 + TIGHT)
-    )
-    between = max(float(np.max(grids[1].bounds(*disks(cell, grids[1].angles, grids[1].dt)[:2])[1])) for cell in leaves)
+    target = sampled * (1.0 + TIGHT)
+    (peak, cells), (between, more) = (_branch(grid, uncertainty, _gammas, target) for grid in grids[:2])
     if not np.isfinite(max(peak, between)):
-        return None, 0.0, cells
+        return None, 0.0, cells + more
     guard = max(GUARD, 2.0 * (between / peak - 1.0))
-    return max(peak, between) * (1.0 + guard), guard, cells
+    return max(peak, between) * (1.0 + guard), guard, cells + more
 
 
 def _proved(grids: tuple[Interconnection, ...], problem: Problem, observer: Any, uncertainty: Uncertainty) -> bool:
-    """Whether no plant of the set is unstable: one member of each connected part is, and none can cross over."""
+    """Whether no plant of the set is unstable: one member of each connected part is not, and none can cross over."""
     for delays in {cell.delays for cell in first_cells(uncertainty)}:
         centre = Sample(tuple(tuple(p.nominal for p in c.intervals) for c in uncertainty.channels), delays)
         if not _is_stable(problem, observer, factor_system(uncertainty, centre, problem.dt)):
             return False
-    allowed = 1.0 - GUARD
-    peak, leaves, _ = _branch(grids[0], uncertainty, lambda beta, _: beta, lambda top: top < allowed)
-    if peak >= allowed:
-        return False
-    between = (grids[1].bounds(*disks(cell, grids[1].angles, grids[1].dt)[:2])[0] for cell in leaves)
-    return all(float(np.max(beta)) < allowed for beta in between)
+    return _branch(grids[2], uncertainty, _crossings, 1.0 - GUARD)[0] <= 1.0 - GUARD
 
 
-def _branch(
-    grid: Interconnection,
-    uncertainty: Uncertainty,
-    objective: Callable[[Array, Array], Array],
-    enough: Callable[[float], bool],
-) -> tuple[float, list[Cell], int]:
-    """Halve the worst cell until the largest bound is `enough`; that bound, the cells, and how many were looked at."""
+def _crossings(grid: Interconnection, cell: Cell, centres: ComplexArray, radii: Array) -> Array:
+    return grid.crossing(centres, radii, disks(cell, grid.next_angles, grid.dt)[0])
 
-    def look(cell: Cell) -> tuple[float, Cell, tuple[int, int] | None]:
+
+def _gammas(grid: Interconnection, _: Cell, centres: ComplexArray, radii: Array) -> Array:
+    return grid.bounds(centres, radii)[1]
+
+
+def _branch(grid: Interconnection, uncertainty: Uncertainty, bound: Bound, target: float) -> tuple[float, int]:
+    """Halve the worst cell until its `bound` is at most `target` at every angle, or can be cut no more.
+
+    Returns the largest bound and how many cells were looked at. An angle at which a cell keeps to the target is
+    settled for its halves too, which are part of it.
+    """
+    settled = 0.0
+
+    def look(cell: Cell, index: NDArray[np.intp]) -> tuple[float, Cell, NDArray[np.intp], tuple[int, int] | None]:
+        nonlocal settled
+        part = grid.at(index)
         with np.errstate(all="ignore"):
-            centres, radii, shares = disks(cell, grid.angles, grid.dt)
-            values = objective(*grid.bounds(centres, radii))
-        worst = int(np.argmax(values))
+            centres, radii, shares = disks(cell, part.angles, part.dt)
+            values = bound(part, cell, centres, radii)
+        worst, still = int(np.argmax(values)), values > target
+        settled = max(settled, float(np.max(values[~still], initial=0.0)))
         cut = max(shares, key=lambda share: float(share[2][worst]))[:2] if shares else None
-        return float(values[worst]), cell, cut
+        return float(values[worst]), cell, index[still], cut
 
-    leaves = [look(cell) for cell in first_cells(uncertainty)]
+    leaves = [look(cell, np.arange(len(grid.angles))) for cell in first_cells(uncertainty)]
     looked = len(leaves)
     while looked < MOST_CELLS:
         k = max(range(len(leaves)), key=lambda i: leaves[i][0])
-        value, cell, cut = leaves[k]
-        if enough(value) or cut is None:
+        value, cell, still, cut = leaves[k]
+        if value <= target or cut is None:
             break
-        leaves[k : k + 1] = [look(half) for half in cell.halves(*cut)]
+        leaves[k : k + 1] = [look(half, still) for half in cell.halves(*cut)]
         looked += 2
-    return max(leaf[0] for leaf in leaves), [leaf[1] for leaf in leaves], looked
+    return max(settled, *(leaf[0] for leaf in leaves)), looked
 
 
 def _safe_factor(
