@@ -57,7 +57,7 @@ SLACKS = (1.002, 1.02, 1.1)
 """The search keeps clear of the limits by the first factor; by more when the certificate still says otherwise."""
 
 SHARES_OF_MARGIN = (0.5, 0.75, 1.25, 1.5, 2.0)
-SHARES_OF_NOISE = (0.25, 0.5, 2.0)
+SHARES_OF_NOISE = (0.25, 0.5)
 """Other requirements for which the trade-off is shown."""
 
 GAMMA_WIDTH = 5e-4
@@ -331,15 +331,18 @@ class _Search:
 
     def rows(self, asked: Limits) -> tuple[Row, ...]:
         """The trade-off around what was asked; rows that cannot be had are left out."""
-        here = self.best(asked, POLISH_STEPS)
-        if here is None:
+        if self.best(asked, POLISH_STEPS) is None:
             return ()
-        noise = min(asked.noise, here.measured.noise)
         others = [replace(asked, disk_margin=share * asked.disk_margin) for share in SHARES_OF_MARGIN]
         others = [limits for limits in others if limits.disk_margin < self.yardstick.disk_margin_off]
-        others += [replace(asked, noise=share * noise) for share in SHARES_OF_NOISE]
         for limits in others:
             self.best(limits, FRONT_STEPS)
+        here = self.best(asked, FRONT_STEPS)  # again: the rows may have found better ground
+        noise = min(asked.noise, here.measured.noise) if here else asked.noise
+        quieter = [replace(asked, noise=share * noise) for share in SHARES_OF_NOISE]
+        for limits in quieter:
+            self.best(limits, FRONT_STEPS)
+        others += quieter
         found = ((limits, self.best(limits, ())) for limits in others)  # a later search may help an earlier row
         rows = [Row(limits, best.measured) for limits, best in found if best]
         return tuple(sorted(rows, key=lambda row: (row.asked.disk_margin, row.asked.noise)))

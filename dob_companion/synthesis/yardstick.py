@@ -69,8 +69,9 @@ class Yardstick:
         integral = self.dt / 2.0 * (z + 1.0) / (z - 1.0)  # trapezoidal: the rate's mean over the sample
         self._to_attitude = integral * G @ np.linalg.inv(one + C @ G * (1.0 + auto.attitude_gain * integral))
         self._off = self._rms(self._to_attitude)
-        self._sensitivity = np.linalg.inv(one + response(controller, self._wide) @ response(plant, self._wide))
-        self.disk_margin_off = 1.0 / self._largest(self._sensitivity - 0.5 * one)
+        around = response(controller, self._wide) @ response(plant, self._wide)
+        self._sensitivity: ComplexArray = np.linalg.inv(one + around).astype(complex)
+        self.disk_margin_off = 1.0 / self._largest(np.asarray(self._sensitivity - 0.5 * one))
 
     def measure(self, observer: Any) -> Measured | None:
         """None for an unstable observer; `observer` is D(z) with inputs [y_n; u_e] and no direct path from u_e."""
