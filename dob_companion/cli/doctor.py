@@ -5,6 +5,7 @@ import json
 import math
 import sys
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,8 +23,8 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser(
         "doctor",
         help="what is heard on a link, and what is missing",
-        description="Listen to a vehicle: who is heard, rates, delays, signs, which profile fits, what is missing. Sends "
-        "heartbeats, stream requests and TIMESYNC, never a correction. Exit code 0: fit to fly by; 1: not.",
+        description="Listen to a vehicle: who is heard, rates, delays, signs, which profile fits, what is missing. "
+        "Sends heartbeats, stream requests and TIMESYNC, never a correction. Exit code 0: fit to fly by; 1: not.",
         epilog=f"example: dob-companion doctor --link {DEFAULT_LINK} --design design.json",
     )
     parser.add_argument("--link", default=DEFAULT_LINK, metavar="URL", help="link to the autopilot (%(default)s)")
@@ -65,9 +66,10 @@ def run(args: argparse.Namespace) -> int:
     finally:
         link.close()
     diagnosis = diagnose(listening, design)
-    print(
-        json.dumps(_as_json(listening, diagnosis), indent=1) if args.json else "\n".join(_as_text(listening, diagnosis))
-    )
+    if args.json:
+        print(json.dumps(_as_json(listening, diagnosis), indent=1))
+    else:
+        print("\n".join(_as_text(listening, diagnosis)))
     return 0 if diagnosis.fit else 1
 
 
@@ -94,10 +96,7 @@ def _as_json(listening: "Listening", diagnosis: "Diagnosis") -> dict[str, Any]:
     return {
         "fit": diagnosis.fit,
         "profile": diagnosis.profile,
-        "findings": [
-            {"verdict": f.verdict.value, "topic": f.topic, "text": f.text, "remedy": f.remedy}
-            for f in diagnosis.findings
-        ],
+        "findings": [asdict(finding) | {"verdict": finding.verdict.value} for finding in diagnosis.findings],
         "heard": [
             {
                 "system": p.sender.system,

@@ -65,16 +65,16 @@ PROFILES = (
         ("ArduPilot",),
         ("HIGHRES_IMU", "RAW_IMU"),
         ("ACTUATOR_CONTROL_TARGET", "SERVO_OUTPUT_RAW"),
-        "the scripting mixer (FRAME_CLASS 17, SCR_ENABLE 1, SERVO1..4_FUNCTION 33..36) and a Lua script that adds DOB_CORR "
-        "through load_factors and answers with ACTUATOR_CONTROL_TARGET",
+        "the scripting mixer (FRAME_CLASS 17, SCR_ENABLE 1, SERVO1..4_FUNCTION 33..36) and a Lua script that adds "
+        "DOB_CORR through load_factors and answers with ACTUATOR_CONTROL_TARGET",
     ),
     Profile(
         "px4",
         ("PX4",),
         ("HIGHRES_IMU",),
         ("ACTUATOR_CONTROL_TARGET", "ACTUATOR_OUTPUT_STATUS", "SERVO_OUTPUT_RAW"),
-        "a module of your own that adds uORB debug_vect DOB_CORR to the torque setpoint, IMU_INTEG_RATE of 250 or more, "
-        "and the torque sent as ACTUATOR_CONTROL_TARGET, which stock PX4 no longer does",
+        "a module of your own that adds uORB debug_vect DOB_CORR to the torque setpoint, IMU_INTEG_RATE of 250 or "
+        "more, and the torque sent as ACTUATOR_CONTROL_TARGET, which stock PX4 no longer does",
     ),
 )
 FLOWN = "sitl"
@@ -123,9 +123,7 @@ def _who(heard: Listening) -> Iterator[Finding]:
     if len(autopilots) > 1:
         systems = ", ".join(str(presence.sender.system) for presence in autopilots)
         text = f"{len(autopilots)} autopilots on one link: systems {systems}"
-        yield Finding(
-            Verdict.MISSING, "autopilot", text, "one link for each vehicle; or set `system` in the configuration"
-        )
+        yield Finding(Verdict.MISSING, "autopilot", text, "one link for each vehicle")
     for other in heard.presences.values():
         if not other.make:
             text = f"{other.sender.system}/{other.sender.component}: {other.vehicle}"
@@ -156,7 +154,7 @@ def _nobody(heard: Listening) -> Finding:
         Verdict.MISSING,
         "autopilot",
         "nothing is heard",
-        "cable and baud rate; for udpin the vehicle must send to this address and port; one program alone can listen there",
+        "cable and baud rate; for udpin, does the vehicle send to this address and port?",
     )
 
 
@@ -167,9 +165,7 @@ def _requests(heard: Listening) -> Iterator[Finding]:
     for name, answer in heard.answers.items():
         if answer is None:
             text = f"{name}: the request for its rate is not answered"
-            yield Finding(
-                Verdict.NOTE, "requests", text, "let commands from component 191 through; is signing required?"
-            )
+            yield Finding(Verdict.NOTE, "requests", text, "let commands of component 191 through; is signing on?")
         elif not answer:
             yield Finding(Verdict.NOTE, "requests", f"{name}: the vehicle refuses to send it at this rate")
 

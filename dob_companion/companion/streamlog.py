@@ -12,6 +12,9 @@ REGULAR = 0.05
 MOST = 0.9
 """Share of the intervals that makes a pattern."""
 
+RARE = 0.1
+"""Share of the intervals below which a step is an exception and no part of a pattern."""
+
 GAP = 1.5
 """Intervals longer than so many medians are gaps."""
 
@@ -74,9 +77,8 @@ class StreamLog:
         if np.mean(np.abs(steps - middle) <= REGULAR * middle) >= MOST:
             return f"regular, {middle:.3g} ms"
         common = Counter(np.round(steps, 1).tolist()).most_common(2)
-        if sum(count for _, count in common) >= MOST * len(steps) and min(count for _, count in common) > 0.1 * len(
-            steps
-        ):
+        counts = [count for _, count in common]
+        if sum(counts) >= MOST * len(steps) and min(counts) > RARE * len(steps):
             return f"steps of {' and '.join(f'{step:.3g}' for step in sorted(step for step, _ in common))} ms"
         low, high = np.percentile(steps, (5, 95))
         return f"irregular, {low:.3g} to {high:.3g} ms"

@@ -15,9 +15,9 @@ ROOT = Path(__file__).parents[2]
 
 
 @contextlib.contextmanager
-def process(*arguments, cwd=ROOT):
+def process(*arguments, stderr=None):
     """A Python process of ours that ends with the block."""
-    running = subprocess.Popen([sys.executable, *map(str, arguments)], cwd=cwd)
+    running = subprocess.Popen([sys.executable, *map(str, arguments)], cwd=ROOT, stderr=stderr)
     try:
         yield running
     finally:

@@ -1,0 +1,87 @@
+"""A vehicle and the way to it, in simulated time: what a doctor would hear with these faults."""
+
+import heapq
+import itertools
+from dataclasses import dataclass, field
+
+from pymavlink.dialects.v20 import common as mav
+
+from dob_companion.companion.diagnosis import diagnose
+from dob_companion.companion.listening import Listening, Stage
+
+DT = 0.004
+UNSIGNED = None
+
+
+@dataclass
+class Road:
+    """Runs a Listening to its end and keeps what it sent."""
+
+    autopilot: int = mav.MAV_AUTOPILOT_GENERIC
+    steps_us: tuple = (4000,)
+    late_s: float = 0.0002
+    drift: float = 0.0
+    moments: bool = True
+    moment_name: str = "ACTUATOR_CONTROL_TARGET"
+    refuses: tuple = ()
+    deaf: bool = False
+    timesync: bool = True
+    heartbeat: bool = True
+    rates: object = None
+    age: float = -1.0
+    key: bytes = UNSIGNED
+    extra: tuple = ()
+    design: object = None
+    sent: list = field(default_factory=list)
+
+    def __post_init__(self):
+        self.out = mav.MAVLink(None, srcSystem=1, srcComponent=1)
+        if self.key:
+            self.out.signing.secret_key, self.out.signing.sign_outgoing = self.key, True
+        self.ear = mav.MAVLink(None)
+        self.queue, self.order = [], itertools.count()
+
+    def at(self, when, message, by=None):
+        heapq.heappush(self.queue, (when, next(self.order), bytes(message.pack(by or self.out))))
+
+    def sample(self, now, stamp, k):
+        rates = self.rates(k) if self.rates else (1e-3 * ((k * 7) % 5), 0.0, 0.0)
+        moment = [0.1 * ((k * 3) % 4), 0, 0, 0.5, 0, 0, 0, self.age]
+        self.at(now + self.late_s, mav.MAVLink_highres_imu_message(stamp, 0, 0, 0, *rates, *[0] * 7, 56))
+        if self.moments and self.moment_name == "ACTUATOR_CONTROL_TARGET":
+            self.at(now + self.late_s, mav.MAVLink_actuator_control_target_message(stamp, 0, moment))
+        elif self.moments:
+            self.at(now + self.late_s, mav.MAVLink_servo_output_raw_message(stamp, 0, *[1500] * 8))
+
+    def listen(self, seconds=3.0):
+        """The diagnosis, and the Listening behind it."""
+        listening = Listening(DT, seconds, self.design, now=0.0)
+        now, vehicle, k, next_beat = 0.0, 0.0, 0, 0.0
+        while listening.stage is not Stage.DONE and now < 60.0:
+            if self.heartbeat and now >= next_beat:
+                next_beat = now + 1.0
+                self.at(now, mav.MAVLink_heartbeat_message(2, self.autopilot, 0, 0, 3, 3))
+                for by, message in self.extra:
+                    self.at(now, message, by)
+            if self.heartbeat and now >= vehicle * (1.0 - self.drift):
+                self.sample(now, 10_000_000 + round(1e6 * vehicle), k)
+                vehicle += 1e-6 * self.steps_us[k % len(self.steps_us)]
+                k += 1
+            while self.queue and self.queue[0][0] <= now:
+                listening.receive(heapq.heappop(self.queue)[2], now)
+            listening.advance(now)
+            for data in listening.bytes_to_send():
+                for message in self.ear.parse_buffer(data):
+                    self.sent.append(message)
+                    self.answer(message, now)
+            now += 0.0005
+        assert listening.stage is Stage.DONE
+        return diagnose(listening, self.design), listening
+
+    def answer(self, message, now):
+        kind = message.get_type()
+        if kind == "COMMAND_LONG" and not self.deaf:
+            result = 2 if message.param1 in self.refuses else 0
+            self.at(now + 2 * self.late_s, mav.MAVLink_command_ack_message(message.command, result, 0, 0, 1, 191))
+        if kind == "TIMESYNC" and message.tc1 == 0 and self.timesync:
+            self.at(now + 2 * self.late_s, mav.MAVLink_timesync_message(round(1e9 * now) + 5, message.ts1))

@@ -1,0 +1,193 @@
+"""What doctor makes of good links and bad ones, in simulated time with real MAVLink bytes."""
+
+import math
+
+import pytest
+from pymavlink.dialects.v20 import common as mav
+
+from dob_companion.companion.diagnosis import Verdict
+from dob_companion.companion.streamlog import StreamLog
+from tests.companion.aircraft import small_design
+from tests.doctor.road import Road
+
+
+def missing(diagnosis, topic):
+    return [f for f in diagnosis.findings if f.topic == topic and f.verdict is Verdict.MISSING]
+
+
+def texts(diagnosis, topic):
+    return " | ".join(f.text for f in diagnosis.findings if f.topic == topic)
+
+
+def test_a_good_link_is_fit_and_the_sitl_profile_fits():
+    diagnosis, _ = Road(design=small_design()).listen()
+    assert (diagnosis.fit, diagnosis.profile) == (True, "sitl")
+    assert "250.0 Hz by its stamps" in texts(diagnosis, "gyro")
+    assert "regular, 4 ms" in texts(diagnosis, "stamps")
+    assert "0.5 ms in the median" in texts(diagnosis, "delay")
+
+
+def test_it_sends_heartbeats_requests_and_timesync_only_and_leaves_the_streams_as_they_were():
+    road = Road()
+    road.listen()
+    assert {m.get_type() for m in road.sent} == {"HEARTBEAT", "COMMAND_LONG", "TIMESYNC"}
+    commands = [m for m in road.sent if m.get_type() == "COMMAND_LONG"]
+    assert {m.command for m in commands} == {mav.MAV_CMD_SET_MESSAGE_INTERVAL}
+    asked = {m.param1 for m in commands if m.param2 > 0}
+    assert {m.param1 for m in commands[-len(asked) :] if m.param2 == 0} == asked
+
+
+def test_every_finding_that_something_is_missing_has_a_remedy_of_one_line():
+    for road in (Road(heartbeat=False), Road(moments=False), Road(timesync=False), Road(late_s=0.1), Road(deaf=True)):
+        diagnosis, _ = road.listen()
+        for finding in diagnosis.findings:
+            assert "\n" not in finding.text + finding.remedy
+            assert finding.remedy or finding.verdict is not Verdict.MISSING, finding
+
+
+def test_silence_is_not_fit():
+    diagnosis, _ = Road(heartbeat=False).listen()
+    assert not diagnosis.fit
+    assert "nothing is heard" in texts(diagnosis, "autopilot")
+
+
+def test_somebody_who_is_no_autopilot_is_not_enough():
+    gimbal = mav.MAVLink(None, srcSystem=1, srcComponent=154)
+    road = Road(heartbeat=False)
+    road.at(0.5, mav.MAVLink_heartbeat_message(26, 8, 0, 0, 3, 3), gimbal)
+    diagnosis, _ = road.listen()
+    assert "only 1/154 heard" in texts(diagnosis, "autopilot")
+
+
+def test_steps_of_2_5_and_5_ms_are_named_and_their_rate_is_enough():
+    diagnosis, _ = Road(autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA, steps_us=(2500, 5000)).listen()
+    assert "steps of 2.5 and 5 ms" in texts(diagnosis, "stamps")
+    assert not missing(diagnosis, "gyro")
+
+
+def test_a_clock_that_drifts_by_0_4_percent_is_noted_with_its_error():
+    diagnosis, _ = Road(drift=0.004).listen(seconds=5.0)
+    assert "0.40 ± 0.0" in texts(diagnosis, "clock")
+    assert diagnosis.fit
+
+
+def test_a_clock_that_runs_at_half_speed_is_not_fit():
+    assert missing(Road(drift=-1.0).listen()[0], "clock")
+
+
+def test_full_rate_a_third_of_a_second_late_is_not_fit():
+    diagnosis, _ = Road(late_s=0.178, design=small_design()).listen()
+    assert not missing(diagnosis, "gyro")
+    (finding,) = missing(diagnosis, "delay")
+    assert "356" in finding.text
+    assert "921600" in finding.remedy
+
+
+def test_a_stream_at_200_hz_is_too_slow():
+    diagnosis, _ = Road(autopilot=mav.MAV_AUTOPILOT_PX4, steps_us=(5000,)).listen()
+    (finding,) = missing(diagnosis, "gyro")
+    assert "200.0 Hz" in finding.text
+    assert "IMU_INTEG_RATE" in finding.remedy
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "profile", "words"),
+    [
+        (mav.MAV_AUTOPILOT_PX4, "px4", "debug_vect"),
+        (mav.MAV_AUTOPILOT_ARDUPILOTMEGA, "ardupilot", "Lua"),
+        (mav.MAV_AUTOPILOT_GENERIC, None, "docs/interfaces.md"),
+    ],
+)
+def test_a_stock_autopilot_is_told_what_its_side_lacks(autopilot, profile, words):
+    diagnosis, _ = Road(autopilot=autopilot, moment_name="SERVO_OUTPUT_RAW").listen()
+    assert (diagnosis.fit, diagnosis.profile) == (False, profile)
+    (finding,) = missing(diagnosis, "profile")
+    assert words in finding.remedy
+
+
+def test_refused_and_unanswered_requests_are_said():
+    refused, _ = Road(refuses=(mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET,)).listen()
+    assert "ACTUATOR_CONTROL_TARGET: the vehicle refuses" in texts(refused, "requests")
+    unanswered, _ = Road(deaf=True).listen()
+    assert "HIGHRES_IMU: the request for its rate is not answered" in texts(unanswered, "requests")
+
+
+def test_a_gyro_that_never_changes_and_one_that_is_not_finite_are_not_fit():
+    assert missing(Road(rates=lambda _: (0.0, 0.0, 0.0)).listen()[0], "gyro")
+    assert missing(Road(rates=lambda k: (0.1 * (k % 2), math.nan, 0.0)).listen()[0], "gyro")
+
+
+def test_without_timesync_the_delay_is_not_known():
+    (finding,) = missing(Road(timesync=False).listen()[0], "delay")
+    assert "not known" in finding.text
+
+
+def test_a_second_autopilot_and_a_second_companion_are_not_fit():
+    def beat(system, component, kind, autopilot):
+        by = mav.MAVLink(None, srcSystem=system, srcComponent=component)
+        return by, mav.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 3, 3)
+
+    diagnosis, _ = Road(extra=(beat(2, 1, 2, 12), beat(1, 191, 18, 8))).listen()
+    assert "systems 1, 2" in missing(diagnosis, "autopilot")[0].text
+    assert "systemctl stop" in missing(diagnosis, "companion")[0].remedy
+
+
+def test_corrections_on_the_link_mean_another_companion():
+    other = mav.MAVLink(None, srcSystem=1, srcComponent=192)
+    diagnosis, _ = Road(extra=((other, mav.MAVLink_debug_vect_message(b"DOB_CORR", 1, 0.1, 0, 0)),), age=1.0).listen()
+    assert "1/192" in missing(diagnosis, "companion")[0].text
+    assert "1 samples old" in texts(diagnosis, "delay")
+
+
+def test_a_signing_vehicle_is_noted():
+    diagnosis, _ = Road(key=bytes(32)).listen()
+    assert "are signed" in texts(diagnosis, "signing")
+
+
+class Responding(Road):
+    """Its moment on roll answers its rate as the design's controller would, or with the wrong sign."""
+
+    sign = 1.0
+
+    def sample(self, now, stamp, k):
+        rate = math.sin(0.3 * k) + math.sin(0.11 * k)
+        self.at(now, mav.MAVLink_highres_imu_message(stamp, 0, 0, 0, rate, 0, 0, *[0] * 7, 56))
+        moment = [-0.1 * self.sign * rate, 0, 0, 0.5, 0, 0, 0, -1]
+        self.at(now, mav.MAVLink_actuator_control_target_message(stamp, 0, moment))
+
+
+@pytest.mark.parametrize(("sign", "said"), [(1.0, "belong together"), (-1.0, "roll is inverted")])
+def test_signs_are_judged_where_the_vehicle_moves(sign, said):
+    road = Responding(design=small_design(axes=("roll",)))
+    road.sign = sign
+    diagnosis, _ = road.listen()
+    assert said in texts(diagnosis, "signs")
+    assert diagnosis.fit == (sign > 0)
+
+
+def test_signs_that_cannot_be_known_are_said_to_be_unknown():
+    still, _ = Road(design=small_design(axes=("yaw",))).listen()
+    assert "yaw: cannot be known" in texts(still, "signs")
+    blind, _ = Road().listen()
+    assert "they need a design" in texts(blind, "signs")
+
+
+def log(stamps_ms):
+    stream = StreamLog("X")
+    for k, stamp in enumerate(stamps_ms):
+        stream.add(0.004 * k, round(1000 * stamp), True)
+    return stream
+
+
+def test_gaps_and_stamps_that_do_not_increase_are_counted():
+    stream = log([0, 4, 8, 16, 20, 20, 24, 12, 28])
+    assert (stream.gaps, stream.backward) == (2, 2)
+    assert log(range(0, 400, 4)).pattern() == "regular, 4 ms"
+    assert log([0.01 * k * k for k in range(1, 200)]).pattern().startswith("irregular")
+
+
+def test_a_stream_of_one_message_has_no_rate():
+    stream = log([5])
+    assert (stream.rate_by_wall_hz, stream.stamped) == (0.0, False)
+    assert math.isnan(stream.rate_by_stamp_hz)
+    assert math.isnan(stream.drift_percent()[0])
