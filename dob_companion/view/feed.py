@@ -11,6 +11,7 @@ Processes and not threads, since drawing takes milliseconds in which a thread wo
 
 import json
 import math
+import os
 import socket
 import sys
 import time
@@ -172,8 +173,8 @@ class Feed:
 
 
 def live_view_fits() -> bool:
-    """Whether standard error is a terminal, and the extra `[view]` is there to draw on it."""
-    return sys.stderr.isatty() and find_spec("rich") is not None
+    """Whether standard error is a terminal that can move its cursor, and the extra `[view]` is there to draw on it."""
+    return sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb" and find_spec("rich") is not None
 
 
 def event_record(event: Event) -> bytes:

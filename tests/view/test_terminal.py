@@ -2,6 +2,7 @@
 
 import os
 import signal
+from pathlib import Path
 
 import pytest
 
@@ -74,6 +75,12 @@ def test_without_rich_a_terminal_gets_plain_lines(design, tmp_path, monkeypatch)
         while terminal.read(1.0):
             pass
     assert "────" not in terminal.text
+
+
+def test_a_terminal_that_cannot_move_its_cursor_gets_plain_lines(design):
+    with shown(design, free_port(), term="dumb") as (process, terminal):
+        terminal.wait_for(r"\d\d:\d\d:\d\d info     listening on udpin")
+        assert not Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
 
 
 @pytest.mark.parametrize(
