@@ -1,6 +1,6 @@
 """From problem to certified observer, and from spec to a whole design."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import dob_companion
@@ -10,9 +10,10 @@ from dob_companion.errors import NotCertifiedError, RefusedError, SpecError
 from dob_companion.synthesis.certificate import Claim, certify
 from dob_companion.synthesis.model_file import Reader
 from dob_companion.synthesis.models import to_data, to_state_space, weight_to_state_space
-from dob_companion.synthesis.optimum import candidates, find_optimum
+from dob_companion.synthesis.optimum import Optimum, candidates, find_optimum
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.reduce import HIDDEN, minimal
+from dob_companion.synthesis.reduction import certified_of_order
 from dob_companion.synthesis.robust_design import robust_synthesis
 from dob_companion.synthesis.solvability import require_solvable
 from dob_companion.synthesis.spec import BlockSpec, Spec, parse_spec
@@ -38,6 +39,7 @@ def synthesize(
     gamma_backoff: float = 1.01,
     axes: tuple[str, ...] | None = None,
     uncertainty: Uncertainty | None = None,
+    largest_order: int | None = None,
 ) -> Synthesis:
     """The H-infinity optimal disturbance observer of one block, within gamma_backoff of the optimum.
 
@@ -48,6 +50,8 @@ def synthesize(
     With an `uncertainty` of the plant the noise weight is raised until the worst plant is served best
     (`robust_design`), and the certificate gains robust_* findings; the problem returned is the one solved for.
 
+    With a `largest_order` an observer of more states is reduced to it and certified anew (`reduction`).
+
     Raises UnsolvableError when no observer exists (naming channel, mode and physics) and NotCertifiedError
     when one was computed but its proof failed.
     """
@@ -57,8 +61,8 @@ def synthesize(
     require_solvable(problem, axes)
     problem = Problem(minimal(plant), minimal(controller), minimal(disturbance_weight), minimal(noise_weight), delays)
     if uncertainty is None:
-        return Synthesis(problem, *_certified(problem, gamma_backoff))
-    found = robust_synthesis(problem, uncertainty, axes, lambda posed: _certified(posed, gamma_backoff))
+        return Synthesis(problem, *_certified(problem, gamma_backoff, largest_order))
+    found = robust_synthesis(problem, uncertainty, axes, lambda posed: _certified(posed, gamma_backoff, largest_order))
     return Synthesis(found.problem, found.observer, found.certificate)
 
 
@@ -80,6 +84,7 @@ def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
             gamma_backoff=gamma_backoff,
             axes=spec.axes,
             uncertainty=spec.uncertainty,
+            largest_order=spec.largest_order,
         )
     except RefusedError as refusal:
         raise type(refusal)(f"block {spec.name!r}: {refusal}") from refusal
@@ -114,19 +119,40 @@ def design(spec: Spec, created: str = "") -> DobDesign:
     )
 
 
-def design_from_toml(text: str, source: str = "spec.toml", created: str = "", read: Reader | None = None) -> DobDesign:
-    """From a spec's text to a certified design; see `parse_spec` and `design` for `read` and the errors raised."""
+def design_from_toml(
+    text: str,
+    source: str = "spec.toml",
+    created: str = "",
+    read: Reader | None = None,
+    *,
+    largest_order: int | None = None,
+) -> DobDesign:
+    """From a spec's text to a certified design; see `parse_spec` and `design` for `read` and the errors raised.
+
+    `largest_order` overrides the spec's, for every block.
+    """
     spec = parse_spec(text, source, read)
+    if largest_order is not None:
+        spec = replace(spec, blocks=tuple(replace(block, largest_order=largest_order) for block in spec.blocks))
     try:
         return design(spec, created)
     except RefusedError as refusal:
         raise type(refusal)(f"{source}: {refusal}") from refusal
 
 
-def _certified(problem: Problem, backoff: float) -> tuple[Any, Certificate]:
-    """The first candidate that passes its proof, without hidden modes."""
+def _certified(problem: Problem, backoff: float, largest_order: int | None) -> tuple[Any, Certificate]:
+    """The first candidate that passes its proof, without hidden modes and reduced to `largest_order` if need be."""
     optimum = find_optimum(problem)
     claim = Claim(optimum.gamma_star, optimum.method, backoff)
+    observer, proof = _full_order(problem, optimum, claim)
+    if largest_order is None or observer.nstates <= largest_order:
+        return observer, proof
+    nearer = [minimal(candidate) for candidate in candidates(optimum, backoff)]  # they leave room for the reduction
+    return certified_of_order(problem, [observer, *nearer], claim, largest_order)
+
+
+def _full_order(problem: Problem, optimum: Optimum, claim: Claim) -> tuple[Any, Certificate]:
+    backoff = claim.backoff
     failures = [NotCertifiedError(f"no observer found within {backoff:g} of gamma_star {optimum.gamma_star:.7g}")]
     for candidate in candidates(optimum, backoff):
         for tolerance in HIDDEN:

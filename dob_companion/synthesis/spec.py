@@ -93,6 +93,7 @@ class BlockSpec:
     disturbance: Weight | None
     noise: Weight | None
     uncertainty: Uncertainty | None = None
+    largest_order: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,12 +123,13 @@ def parse_spec(text: str, source: str = "spec.toml", read: Reader | None = None)
     except (tomllib.TOMLDecodeError, RecursionError) as problem:
         raise SpecError(f"{source}: not TOML: {problem}") from None
     top = Table(source, with_model_files(raw, source, read), ("design", "block", "auto"))
-    head = top.table("design", ("rate_hz", "delay_samples", "gamma_backoff"))
+    head = top.table("design", ("rate_hz", "delay_samples", "gamma_backoff", "largest_order"))
     rate = head.number("rate_hz", lambda x: x > 0, "a positive number of Hz")
     delay = head.whole("delay_samples", 1)
     backoff = head.number("gamma_backoff", lambda x: 1.0 < x <= 10.0, "a number above 1, at most 10", 1.01)
     auto = parse_auto(top.open("auto"), rate) if "auto" in top else None
-    blocks = tuple(_block(source, item, delay, weighted=auto is None) for item in top.tables("block"))
+    order = _order(head, None)
+    blocks = tuple(_block(source, item, delay, order, weighted=auto is None) for item in top.tables("block"))
     if not blocks:
         raise SpecError(f"{source}: block: expected at least one [[block]]")
     _refuse_shared_axes(source, blocks)
@@ -145,8 +147,18 @@ def _refuse_shared_axes(source: str, blocks: tuple[BlockSpec, ...]) -> None:
             owner[axis] = block.name
 
 
-def _block(source: str, item: object, delay: int, *, weighted: bool) -> BlockSpec:
-    keys = ("name", "axes", "delay_samples", "plant", "controller", "weights", "uncertainty")
+def _order(table: Table, default: int | None) -> int | None:
+    """`largest_order`, the number of states that an observer may have; None for as many as it takes."""
+    if "largest_order" not in table:
+        return default
+    order = table.whole("largest_order", 0)
+    if order == 0:
+        raise SpecError(f"{table.where}: largest_order: expected a whole number of 1 or more, got 0")
+    return order
+
+
+def _block(source: str, item: object, delay: int, order: int | None, *, weighted: bool) -> BlockSpec:
+    keys = ("name", "axes", "delay_samples", "largest_order", "plant", "controller", "weights", "uncertainty")
     table = Table(f"{source}: block", item, keys)
     name = table.text("name")
     table = Table(f"{source}: block {name!r}", item, keys)
@@ -164,6 +176,7 @@ def _block(source: str, item: object, delay: int, *, weighted: bool) -> BlockSpe
         disturbance=disturbance,
         noise=noise,
         uncertainty=parse_uncertainty(table.open("uncertainty"), axes) if "uncertainty" in table else None,
+        largest_order=_order(table, order),
     )
 
 
