@@ -337,11 +337,13 @@ class _Search:
         others = [limits for limits in others if limits.disk_margin < self.yardstick.disk_margin_off]
         for limits in others:
             self.best(limits, FRONT_STEPS)
-        here = self.best(asked, FRONT_STEPS)  # again: the rows may have found better ground
-        noise = min(asked.noise, here.measured.noise) if here else asked.noise
-        quieter = [replace(asked, noise=share * noise) for share in SHARES_OF_NOISE]
-        for limits in quieter:
-            self.best(limits, FRONT_STEPS)
+        quieter: list[Limits] = []
+        for _ in range(2):  # quieter limits may lead to better ground, from which they are stated again
+            here = self.best(asked, FRONT_STEPS)
+            noise = min(asked.noise, here.measured.noise) if here else asked.noise
+            quieter = [replace(asked, noise=share * noise) for share in SHARES_OF_NOISE]
+            for limits in quieter:
+                self.best(limits, FRONT_STEPS)
         others += quieter
         found = ((limits, self.best(limits, ())) for limits in others)  # a later search may help an earlier row
         rows = [Row(limits, best.measured) for limits, best in found if best]
