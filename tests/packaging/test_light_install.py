@@ -108,7 +108,7 @@ def test_the_simulated_vehicle_flies_without_any_extra(tmp_path):
 def test_help_needs_no_extra(command, tmp_path):
     finished = run_light(command, "--help", cwd=tmp_path)
     assert finished.returncode == 0, finished.stderr
-    assert "example:" in finished.stdout
+    assert "example" in finished.stdout
 
 
 @pytest.mark.parametrize(
