@@ -3,6 +3,7 @@
 #   make test    the tests
 #   make check   lint, types, import floors
 #   make proof   long campaigns and the tables of the docs
+#   make fuzz    coverage-guided fuzzing: FUZZ_ARGS="300 codec" for one target, 300 s
 #   make bench   measurements, as ratios taken in one run
 #   make docs    print the pages that come from the code
 #   make pins    pin the newest versions that fit together
@@ -15,7 +16,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 
 .NOTPARALLEL:
-.PHONY: demo test check proof bench docs pins deb wheels-aarch64 clean
+.PHONY: demo test check proof fuzz bench docs pins deb wheels-aarch64 clean
 
 demo: $(VENV)/.demo
 	$(BIN)/dob-companion demo $(DEMO_ARGS)
@@ -32,6 +33,10 @@ check: $(VENV)/.dev
 proof: $(VENV)/.dev
 	$(BIN)/python -m pytest -m proof $(TEST_ARGS)
 
+fuzz: $(VENV)/.dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[fuzz]'
+	$(BIN)/python -m tests.fuzz $(FUZZ_ARGS)
+
 bench: $(VENV)/.dev
 	$(BIN)/python -m bench
 
@@ -40,7 +45,7 @@ docs: $(VENV)/.dev
 
 pins:
 	$(PYTHON) -m venv --clear build/pins
-	build/pins/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	build/pins/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,fuzz]'
 	{ sed -n '/^#/p' constraints.txt && build/pins/bin/python -m pip freeze --exclude-editable; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt
 	rm -rf build/pins
