@@ -51,7 +51,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Design, write, print the certificate."""
-    from dob_companion.report.design_page import design_page
+    from dob_companion.report.design_page import design_report
     from dob_companion.synthesis import design_from_toml
 
     created = datetime.now(UTC).isoformat(timespec="seconds")
@@ -68,13 +68,19 @@ def run(args: argparse.Namespace) -> int:
     text, design = dumps(found)
     make_directory(args.out)
     write_text(args.out / "design.json", text)
-    write_text(args.out / "report.html", design_page(design, tunings))
+    page, figures = design_report(design, tunings)
+    write_text(args.out / "report.html", page)
+    make_directory(args.out / "figures")
+    for name, picture in figures.items():
+        write_text(args.out / "figures" / name, picture)
     if args.json:
         print(json.dumps(_objects(design, tunings)))
     else:
         findings = filter(None, map(robustness_words, design.blocks))
         print("\n\n".join([*map(tuning_table, tunings), certificate_table(design), *findings]))
-        print(f"\nwritten: {args.out / 'design.json'} (sha256 {design.sha256[:8]}), {args.out / 'report.html'}")
+        print(
+            f"\nwritten: {args.out / 'design.json'} (sha256 {design.sha256[:8]}), {args.out / 'report.html'}, figures"
+        )
     return 0
 
 

@@ -9,6 +9,7 @@ from dob_companion.artifact import DobBlock, DobDesign, StateSpaceData
 from dob_companion.report import bode_charts, design_charts
 from dob_companion.report.bode_charts import AxisResponses
 from dob_companion.report.claims import Claim, axis_disk_margin, claims, further
+from dob_companion.report.draw import alone
 from dob_companion.report.evaluate import (
     Complex,
     Loops,
@@ -55,11 +56,16 @@ def design_page(design: DobDesign, tunings: Sequence[Tuning] = ()) -> str:
 
     `tunings`, one for each block when its weights were searched, add how they were chosen.
     """
+    return design_report(design, tunings)[0]
+
+
+def design_report(design: DobDesign, tunings: Sequence[Tuning] = ()) -> tuple[str, dict[str, str]]:
+    """The page of `design_page`, and its figures as SVG files that stand alone, by file name: AXES-FIGURE.svg."""
     sections = [_section(block, index, design.dt) for index, block in enumerate(design.blocks)]
     for section, tuning in zip(sections, tunings, strict=False):
         section.tuning.extend(tradeoff_figures(section.key, tuning))
     axes = tuple(axis for block in design.blocks for axis in block.axes)
-    return render(
+    page = render(
         "design.html.j2",
         title=f"Disturbance observer for {listed(axes)}",
         generator=design.generator,
@@ -72,6 +78,12 @@ def design_page(design: DobDesign, tunings: Sequence[Tuning] = ()) -> str:
         certified=all(claim.holds for section in sections for claim in section.claims),
         sections=sections,
     )
+    figures = {}
+    for block, section in zip(design.blocks, sections, strict=True):
+        for shown in (*section.responses, *section.margins, *section.tuning):
+            name = shown.key.removeprefix(f"{section.key}-")
+            figures[f"{'-'.join(block.axes)}-{name}.svg"] = alone(str(shown.svg))
+    return page, figures
 
 
 def dates(design: DobDesign) -> list[str]:

@@ -64,11 +64,16 @@ def svg(chart: Chart) -> str:
 
 
 def standalone(chart: Chart) -> str:
-    """The chart as an SVG file that shows by itself: own size, white ground, the page's family of fonts."""
+    """The chart as an SVG file that shows by itself."""
+    return alone(svg(chart))
+
+
+def alone(element: str) -> str:
+    """An SVG file of an `<svg>` element that `svg` made: own size, white ground."""
     ground = f'<rect width="100%" height="100%" fill="{PAPER}"/>'
-    head, body = svg(chart).split(">", 1)
-    size = f'<svg width="{chart.width}" height="{chart.height}"'
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{head.replace("<svg", size, 1)}>{ground}{body}\n'
+    head, body = element.split(">", 1)
+    sized = re.sub(r'viewBox="0 0 (\S+) (\S+)"', r'width="\1" height="\2" \g<0>', head, count=1)
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{sized}>{ground}{body}\n'
 
 
 def data(chart: Chart) -> str:
