@@ -16,7 +16,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 
 .NOTPARALLEL:
-.PHONY: demo test check proof fuzz bench docs pins deb wheels-aarch64 clean
+.PHONY: plants demo test check proof fuzz bench docs pins deb wheels-aarch64 clean
 
 demo: $(VENV)/.demo
 	$(BIN)/dob-companion demo $(DEMO_ARGS)
@@ -39,6 +39,9 @@ fuzz: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m bench
+
+plants: $(VENV)/.dev
+	$(BIN)/python -m bench.plants
 
 docs: $(VENV)/.dev
 	$(BIN)/python -m docs

@@ -27,8 +27,11 @@ MOST_READS = 256
 _LOAD_EVERY_S = 1.0
 
 
+_ENDING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+
+
 class Stop:
-    """SIGTERM and Ctrl-C as something to wait on: the wait ends at once, the loop decides what it means."""
+    """SIGTERM, Ctrl-C and a closed terminal as something to wait on: the wait ends at once, the loop decides."""
 
     def __init__(self) -> None:
         self._wake, self._woken = socket.socketpair()
@@ -42,8 +45,8 @@ class Stop:
 
     @contextlib.contextmanager
     def installed(self) -> Iterator["Stop"]:
-        """Take SIGTERM and SIGINT over; give them back at the end."""
-        before = {number: signal.signal(number, self._note) for number in (signal.SIGTERM, signal.SIGINT)}
+        """Take the ending signals over; give them back at the end."""
+        before = {number: signal.signal(number, self._note) for number in _ENDING}
         wakeup = signal.set_wakeup_fd(self._woken.fileno(), warn_on_full_buffer=False)
         try:
             yield self

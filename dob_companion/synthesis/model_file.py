@@ -6,7 +6,7 @@ to be discretized with the spec's `method`). Pure: the bytes come from the calle
 
 import io
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.io import loadmat
@@ -64,7 +64,7 @@ def _from_file(name: Any, where: str, beside: Mapping[str, Any], rate: Any, read
 
 def _loaded(name: str, data: bytes) -> dict[str, Any]:
     if name.endswith(".mat"):
-        return dict(loadmat(io.BytesIO(data)))
+        return dict(loadmat(cast(Any, io.BytesIO(data))))  # the stubs know paths only
     with np.load(io.BytesIO(data), allow_pickle=False) as archive:
         return {key: archive[key] for key in archive.files}
 
