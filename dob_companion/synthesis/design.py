@@ -3,6 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Any
 
+import control as ct
+
 import dob_companion
 from dob_companion.artifact import Certificate, DobBlock, DobDesign
 from dob_companion.artifact import Problem as StoredProblem
@@ -43,7 +45,7 @@ def synthesize(
 ) -> Synthesis:
     """The H-infinity optimal disturbance observer of one block, within gamma_backoff of the optimum.
 
-    All systems are discrete python-control StateSpace of one dt: plant (p, m) from moment (u_e + d) to rate,
+    All systems are discrete python-control StateSpace or TransferFunction of one dt: plant (p, m) from moment (u_e + d) to rate,
     controller (m, p) of u = C (r - y_n), weights with m and p outputs. `delay_samples` from d_hat to the
     acting moment, for all inputs or one each. `axes` names the channels in messages.
 
@@ -55,6 +57,9 @@ def synthesize(
     Raises UnsolvableError when no observer exists (naming channel, mode and physics) and NotCertifiedError
     when one was computed but its proof failed.
     """
+    plant, controller, disturbance_weight, noise_weight = map(
+        ct.ss, (plant, controller, disturbance_weight, noise_weight)
+    )
     m = plant.D.shape[1]
     delays = (delay_samples,) * m if isinstance(delay_samples, int) else tuple(delay_samples)
     problem = Problem(plant, controller, disturbance_weight, noise_weight, delays)

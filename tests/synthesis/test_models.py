@@ -5,9 +5,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dob_companion.artifact import StateSpaceData
+from dob_companion.synthesis import synthesize
 from dob_companion.synthesis.models import polynomial, to_state_space, zpk
 from dob_companion.synthesis.norms import response
 from dob_companion.synthesis.spec import Entries, Matrices, Model, Polynomial, Zpk
+from tests.synthesis.paper import PID, PLANT, W_D, W_N
 
 ANGLES = np.linspace(0.02, 3.1, 40)
 
@@ -89,3 +91,9 @@ def test_matrices_come_through_bit_for_bit():
     system = to_state_space(Model(Matrices(((0.1,),), ((0.2,),), ((0.3,),), ((0.4,),)), "plant"), 0.01)
     assert all(np.array_equal(getattr(system, k), getattr(data, k)) for k in "ABCD")
     assert isinstance(system, ct.StateSpace)
+
+
+def test_transfer_functions_of_python_control_are_taken_as_well():
+    systems = (PLANT, PID, W_D, W_N)
+    certified = synthesize(*(ct.tf(system) for system in systems)).certificate
+    assert certified.gamma_star == pytest.approx(1.59982, rel=1e-3)
