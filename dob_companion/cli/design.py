@@ -34,8 +34,7 @@ def add_parser(subparsers: Any) -> None:
         "design",
         help="synthesize and certify an observer",
         description="Solve the H-infinity problem of a spec, certify the result, write design.json and report.html.",
-        epilog="examples: dob-companion design examples/tailsitter_paper.toml -o my-design; "
-        "dob-companion design examples/tailsitter_auto.toml --auto -o my-design",
+        epilog="example: dob-companion design examples/tailsitter_paper.toml -o my-design",
     )
     parser.add_argument("spec", type=Path, metavar="SPEC.toml", help="the design spec")
     parser.add_argument("-o", "--out", type=Path, required=True, metavar="DIR", help="where the results go")

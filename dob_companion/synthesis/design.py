@@ -45,9 +45,9 @@ def synthesize(
 ) -> Synthesis:
     """The H-infinity optimal disturbance observer of one block, within gamma_backoff of the optimum.
 
-    All systems are discrete python-control StateSpace or TransferFunction of one dt: plant (p, m) from moment (u_e + d) to rate,
-    controller (m, p) of u = C (r - y_n), weights with m and p outputs. `delay_samples` from d_hat to the
-    acting moment, for all inputs or one each. `axes` names the channels in messages.
+    All systems are discrete python-control StateSpace or TransferFunction of one dt: plant (p, m) from moment
+    (u_e + d) to rate, controller (m, p) of u = C (r - y_n), weights with m and p outputs. `delay_samples` from
+    d_hat to the acting moment, for all inputs or one each. `axes` names the channels in messages.
 
     With an `uncertainty` of the plant the noise weight is raised until the worst plant is served best
     (`robust_design`), and the certificate gains robust_* findings; the problem returned is the one solved for.
