@@ -50,8 +50,9 @@ def full_disk(directory):
     what was recorded differs from what is computed again."""
     with recorded(directory) as plane:
         plane.active()
-        wait_until(lambda: any(path.stat().st_size for path in traces_at(directory)))
         before = len(corrections(plane.said))
+        wait_until(lambda: any(path.stat().st_size for path in traces_at(directory)))
+        wait_until(lambda: replayed(*traces_at(directory))[0].corrections >= before)  # all of it is on the disk
         resource.prlimit(plane.recorder.scribe, resource.RLIMIT_FSIZE, (500, resource.RLIM_INFINITY))
         asked = 300
         answered = len(corrections(pairs_in_a_hurry(plane, asked, 0.1).said)) - before
