@@ -1,17 +1,16 @@
 """The recorder of a real daemon, broken on purpose: killed in flight, no room on the disk, nowhere to write."""
 
 import json
-import os
 import signal
-import time
 
 import pytest
 from pymavlink import mavutil
 
 from dob_companion.artifact import dumps
 from dob_companion.files.segments import segments_in
-from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, free_port, run_cli
+from tests.cli.processes import UdpVehicle, daemon, free_port, run_cli
 from tests.companion.aircraft import small_design
+from tests.recorder.flights import wait_until
 
 
 @pytest.fixture
@@ -19,13 +18,6 @@ def design(tmp_path):
     path = tmp_path / "design.json"
     path.write_text(dumps(small_design())[0])
     return path
-
-
-def wait_until(holds):
-    deadline = time.monotonic() + PATIENCE_S
-    while not holds():
-        assert time.monotonic() < deadline, "waited in vain"
-        os.sched_yield()
 
 
 def replayed(directory):

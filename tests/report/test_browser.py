@@ -2,29 +2,19 @@
 
 import json
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
+from tests.browser import CHROMIUM, FLAGS, NAMES
 from tests.report.material import design_html, flight_html, hostile_html
 
 _FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
-    "--window-size=1280,1000",
+    *FLAGS,
     "--enable-logging=stderr",  # the console's lines, marked CONSOLE
     "--dump-dom",
 )
-_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 
 # Works a figure as a hand with a mouse does and leaves what it saw in the page, where --dump-dom shows it.
 _HAND = """<script>
@@ -52,10 +42,9 @@ report.textContent = JSON.stringify(Object.fromEntries(KEYS.map((key) => [key, h
 
 @pytest.fixture(scope="module")
 def chromium() -> str:
-    found = next((path for name in _NAMES if (path := shutil.which(name))), None)
-    if found is None:
-        pytest.skip(f"no browser found, looked for {', '.join(_NAMES)}: install the package chromium")
-    return found
+    if CHROMIUM is None:
+        pytest.skip(f"no browser found, looked for {', '.join(NAMES)}: install the package chromium")
+    return CHROMIUM
 
 
 def _open(chromium: str, folder: Path, html: str) -> tuple[str, list[str]]:
