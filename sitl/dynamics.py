@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, down_component, rotated_by_rate
+from sitl.condition import Condition
+from sitl.surroundings import Surroundings
 
 DT = 0.004
 """Sample time, s: the paper's attitude loop runs at 250 Hz (beside Eq. (10))."""
@@ -49,9 +51,9 @@ YAW = RateAxis(gain=YAW_GAIN * PITCH.gain, zero=PITCH.zero, pole=PITCH.pole)
 class Airframe(Protocol):
     """A body in the air, advanced one sample at a time.
 
-    `rate` is the body rate in hover axes, rad/s; `attitude` turns hover axes into north-east-down; `altitude` and
-    `climb` are m and m/s above the take-off point, up positive; `specific_force` is what an accelerometer feels, m/s²,
-    hover axes.
+    `rate` is the body rate in hover axes, rad/s; `attitude` turns hover axes into north-east-down; `position` and
+    `velocity` are m and m/s from the take-off point, north-east-down; `altitude` and `climb` are their vertical part,
+    up positive; `specific_force` is what an accelerometer feels, m/s², hover axes; `condition` is its loads and faults.
     """
 
     rate: Vector
@@ -60,12 +62,25 @@ class Airframe(Protocol):
     climb: float
     on_ground: bool
     specific_force: Vector
+    condition: Condition
 
-    def advance(self, moment: Vector, disturbance: Vector, thrust: float) -> None:
+    @property
+    def position(self) -> Vector: ...  # noqa: D102
+    @property
+    def velocity(self) -> Vector: ...  # noqa: D102
+
+    def allocate(self, torque: Vector, thrust: float) -> tuple[Vector, float]:
+        """What the mixer makes of the torque about roll, pitch, yaw and the thrust asked for; all normalized.
+
+        u_e is what comes out of it.
+        """
+        ...
+
+    def advance(self, torque: Vector, thrust: float, around: Surroundings) -> None:
         """Fly one sample of `DT` seconds with these inputs held.
 
-        `moment` and `disturbance` are normalized torque about roll, pitch, yaw (they add at the plant's input);
-        `thrust` is normalized, 0…1.
+        `torque` (u_e, about roll, pitch, yaw; −1…1) and `thrust` (0…1) have been through `allocate`; the disturbance
+        `around.torque` adds to u_e at the plant's input.
         """
         ...
 
@@ -102,8 +117,8 @@ class LinearAirframe:
 
     Limits: rates do not couple (no gyroscopic or inertial terms, as in Section III of the paper), no flexible modes,
     no aerodynamics beyond what Eq. (11) holds; thrust and attitude do not push it sideways, so it stays above its
-    take-off point; on the ground it stands upright and feels no disturbance. Within a sample the rate is taken to
-    change linearly, so attitude turns by its mean.
+    take-off point; on the ground it stands upright and feels no disturbance. Of `Condition` it knows the gain alone,
+    of `Surroundings` the torque alone. Within a sample the rate changes linearly, so attitude turns by its mean.
     """
 
     def __init__(self, axes: tuple[RateAxis, RateAxis, RateAxis] = (ROLL, PITCH, YAW)) -> None:
@@ -114,18 +129,35 @@ class LinearAirframe:
         self.climb = 0.0
         self.on_ground = True
         self.specific_force: Vector = (0.0, 0.0, -GRAVITY)
+        self.condition = Condition()
         self._lift = 0.0  # lagged thrust
 
-    def advance(self, moment: Vector, disturbance: Vector, thrust: float) -> None:
+    @property
+    def position(self) -> Vector:
+        """North-east-down from the take-off point, m."""
+        return (0.0, 0.0, -self.altitude)
+
+    @property
+    def velocity(self) -> Vector:
+        """North-east-down, m/s."""
+        return (0.0, 0.0, -self.climb)
+
+    def allocate(self, torque: Vector, thrust: float) -> tuple[Vector, float]:
+        """Each axis saturates at ±1 on its own: there are no rotors to share."""
+        x, y, z = torque
+        return (max(-1.0, min(1.0, x)), max(-1.0, min(1.0, y)), max(-1.0, min(1.0, z))), thrust
+
+    def advance(self, torque: Vector, thrust: float, around: Surroundings) -> None:
         """Fly one sample; see `Airframe.advance`."""
         self._advance_vertical(thrust)
         if self.on_ground:
             return
         p, q, r = self.rate
+        d, gain = around.torque, self.condition.gain
         rate = (
-            self._roll.advance(moment[0] + disturbance[0]),
-            self._pitch.advance(moment[1] + disturbance[1]),
-            self._yaw.advance(moment[2] + disturbance[2]),
+            self._roll.advance(gain[0] * (torque[0] + d[0])),
+            self._pitch.advance(gain[1] * (torque[1] + d[1])),
+            self._yaw.advance(gain[2] * (torque[2] + d[2])),
         )
         mean = (0.5 * (p + rate[0]), 0.5 * (q + rate[1]), 0.5 * (r + rate[2]))
         self.attitude = rotated_by_rate(self.attitude, mean, DT)

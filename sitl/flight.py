@@ -6,6 +6,7 @@ from sitl.dynamics import Airframe, LinearAirframe
 from sitl.log import FlightLog
 from sitl.scenario import Scenario
 from sitl.script import Phase, Script
+from sitl.surroundings import Surroundings
 from sitl.vehicle import Sample, Vehicle
 from sitl.weather import Weather, noise_sigma
 
@@ -51,7 +52,7 @@ class Flight:
             script.stream = None
         window = script.window
         disturbance, noise = self._weather.sample()
-        sample = self.vehicle.step(disturbance, noise, self._corrections)
+        sample = self.vehicle.step(Surroundings(torque=disturbance), noise, self._corrections)
         if self._record:
             self.log.add(sample, window)
         self.newest = sample

@@ -15,6 +15,7 @@ from sitl.controller import (
 )
 from sitl.correction import CorrectionInput
 from sitl.dynamics import DT, Airframe
+from sitl.surroundings import Surroundings
 
 DT_US = round(DT * 1e6)
 
@@ -83,8 +84,8 @@ class Vehicle:
         """Come down; it disarms itself on the ground."""
         self.landing = self.flying
 
-    def step(self, disturbance: Vector, noise: Vector, corrections: CorrectionInput) -> Sample:
-        """Fly the next sample: read the gyro, compute and apply u_e, hold it until the sample after."""
+    def step(self, around: Surroundings, noise: Vector, corrections: CorrectionInput) -> Sample:
+        """Fly the next sample: read the gyro (`noise` in rad/s), compute and apply u_e, hold it to the sample after."""
         frame = self.airframe
         self.now_us = now = self.now_us + DT_US
         correction, answers = corrections.at(now)
@@ -96,8 +97,10 @@ class Vehicle:
             self._reset_controllers()
             u_e, correction = ZERO, ZERO
         else:
-            u_e = self._torque(error, gyro, correction)
-        frame.advance(u_e, disturbance, thrust)
+            asked = self._torque(error, gyro, correction)
+            u_e, thrust = frame.allocate(asked, thrust)
+            u_e = _single(*u_e)
+        frame.advance(u_e, thrust, around)
         if self.landing and frame.on_ground:
             self.disarm()
         return Sample(
@@ -107,7 +110,7 @@ class Vehicle:
             u_e,
             correction,
             -1 if answers is None else (now - answers + DT_US // 2) // DT_US,
-            ZERO if frame.on_ground else disturbance,
+            ZERO if frame.on_ground else around.torque,
             error,
             attitude,
             thrust,
@@ -115,13 +118,14 @@ class Vehicle:
         )
 
     def _torque(self, error: Vector, gyro: Vector, correction: Vector) -> Vector:
-        """u_e = sat(C (r − y_n) + correction), per axis."""
+        """C (r − y_n) + correction, per axis: what the mixer is asked for."""
         setpoint = rate_setpoint(error, self.attitude_gain)
         roll, pitch, yaw = self._axes
-        u0 = roll.step(setpoint[0] - gyro[0]) + correction[0]
-        u1 = pitch.step(setpoint[1] - gyro[1]) + correction[1]
-        u2 = yaw.step(setpoint[2] - gyro[2]) + correction[2]
-        return _single(max(-1.0, min(1.0, u0)), max(-1.0, min(1.0, u1)), max(-1.0, min(1.0, u2)))
+        return (
+            roll.step(setpoint[0] - gyro[0]) + correction[0],
+            pitch.step(setpoint[1] - gyro[1]) + correction[1],
+            yaw.step(setpoint[2] - gyro[2]) + correction[2],
+        )
 
     def _thrust(self, frame: Airframe) -> float:
         if not self.armed or (self.target_altitude is None and not self.landing):

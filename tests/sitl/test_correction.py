@@ -6,6 +6,7 @@ import pytest
 
 from sitl.correction import CorrectionInput, Verdict
 from sitl.dynamics import LinearAirframe
+from sitl.surroundings import STILL, Surroundings
 from sitl.vehicle import DT_US, START_US, Vehicle
 
 NOW = 20_000_000
@@ -84,14 +85,14 @@ def flying() -> Vehicle:
     vehicle.arm()
     vehicle.take_off(2.0)
     for _ in range(500):
-        vehicle.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), CorrectionInput())
+        vehicle.step(STILL, (0.0, 0.0, 0.0), CorrectionInput())
     return vehicle
 
 
 def test_an_answer_to_the_newest_sample_acts_one_sample_later_and_its_age_says_so():
     vehicle, corrections = flying(), CorrectionInput()
     corrections.offer(vehicle.now_us, VALUE, vehicle.now_us)
-    first, second = (vehicle.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), corrections) for _ in range(2))
+    first, second = (vehicle.step(STILL, (0.0, 0.0, 0.0), corrections) for _ in range(2))
     assert (first.correction, first.age, second.age) == (VALUE, 1, 2)
     assert first.u_e == pytest.approx(VALUE, abs=1e-6)
     assert first.stamp_us == vehicle.now_us - DT_US
@@ -99,15 +100,15 @@ def test_an_answer_to_the_newest_sample_acts_one_sample_later_and_its_age_says_s
 
 def test_a_zero_correction_has_an_age_and_no_correction_has_none():
     vehicle, corrections = Vehicle(LinearAirframe()), CorrectionInput()
-    assert vehicle.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), corrections).age == -1
+    assert vehicle.step(STILL, (0.0, 0.0, 0.0), corrections).age == -1
     corrections.offer(START_US, (0.0, 0.0, 0.0), START_US)
-    assert vehicle.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), corrections).age == 1
+    assert vehicle.step(STILL, (0.0, 0.0, 0.0), corrections).age == 1
 
 
 def test_u_e_holds_the_correction_and_is_saturated():
     vehicle, corrections = flying(), CorrectionInput()
     for _ in range(40):  # push until controller and correction together exceed the limit
         corrections.offer(vehicle.now_us, (1.0, -1.0, 1.0), vehicle.now_us)
-        sample = vehicle.step((-0.5, 0.5, -0.5), (0.0, 0.0, 0.0), corrections)
+        sample = vehicle.step(Surroundings((-0.5, 0.5, -0.5)), (0.0, 0.0, 0.0), corrections)
         assert max(map(abs, sample.u_e)) <= 1.0
         assert sample.correction == (1.0, -1.0, 1.0)

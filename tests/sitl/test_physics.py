@@ -11,6 +11,7 @@ from sitl.attitude import attitude_error, down_component, multiply, rotated_by_r
 from sitl.controller import ATTITUDE_GAIN, PITCH_PID, ROLL_PID, YAW_PID, RateController
 from sitl.correction import CorrectionInput
 from sitl.dynamics import DT, PITCH, ROLL, YAW, LinearAirframe, LinearAxis
+from sitl.surroundings import STILL, Surroundings
 from sitl.vehicle import Vehicle
 from sitl.weather import CALM, SEGMENT, Weather, first_order_pole, noise_sigma
 
@@ -24,7 +25,7 @@ def hovering() -> Vehicle:
     vehicle.arm()
     vehicle.take_off(2.0)
     while vehicle.airframe.altitude < 1.9:
-        vehicle.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), CorrectionInput())
+        vehicle.step(STILL, (0.0, 0.0, 0.0), CorrectionInput())
     return vehicle
 
 
@@ -102,14 +103,14 @@ def test_the_attitude_loop_brings_the_vehicle_upright_from_any_side(turn):
     vehicle.airframe.attitude = rotated_by_rate((1.0, 0.0, 0.0, 0.0), turn, 1.0)
     vehicle.airframe.altitude = 500.0  # room to fall while it is upside down
     for _ in range(round(12.0 / DT)):
-        sample = vehicle.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), CorrectionInput())
+        sample = vehicle.step(STILL, (0.0, 0.0, 0.0), CorrectionInput())
     assert max(map(abs, sample.attitude_error)) < 0.01
 
 
 def test_a_disturbed_axis_moves_as_an_independent_linear_computation_says():
     vehicle = hovering()
     d = lfilter([0.01], [1.0, -first_order_pole(1.0)], np.random.default_rng(3).standard_normal(8000))
-    angle = [vehicle.step((0.0, v, 0.0), (0.0, 0.0, 0.0), CorrectionInput()).attitude_error[1] for v in d]
+    angle = [vehicle.step(Surroundings((0.0, v, 0.0)), (0.0, 0.0, 0.0), CorrectionInput()).attitude_error[1] for v in d]
     expected = lfilter(*disturbance_to_angle(), d)
     assert np.abs(expected).max() > 0.01
     np.testing.assert_allclose(angle, expected, atol=2e-4 * np.abs(expected).max())
@@ -124,7 +125,8 @@ def test_the_attitude_rms_over_many_seeds_is_that_of_the_impulse_response():
     for seed in range(6):
         weather, vehicle = Weather(seed, 1.0, (0.0, 0.05, 0.0), 0.0), hovering()
         weather.begin(SEGMENT)
-        found += [vehicle.step(*weather.sample(), CorrectionInput()).attitude_error[1] for _ in range(10000)]
+        rows = (weather.sample() for _ in range(10000))
+        found += [vehicle.step(Surroundings(d), n, CorrectionInput()).attitude_error[1] for d, n in rows]
     assert np.sqrt(np.mean(np.square(found))) == pytest.approx(0.05 * rms, rel=0.1)
 
 
@@ -155,7 +157,7 @@ def test_calm_weather_has_noise_but_no_disturbance():
 
 
 def test_take_off_reaches_its_altitude_and_landing_ends_disarmed_on_the_ground():
-    vehicle, calm = hovering(), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    vehicle, calm = hovering(), (STILL, (0.0, 0.0, 0.0))
     for _ in range(1000):
         vehicle.step(*calm, CorrectionInput())
     assert vehicle.airframe.altitude == pytest.approx(2.0, abs=0.01)
@@ -170,7 +172,7 @@ def test_take_off_reaches_its_altitude_and_landing_ends_disarmed_on_the_ground()
 def test_an_armed_vehicle_stays_on_the_ground_until_it_is_sent_up():
     vehicle = Vehicle(LinearAirframe())
     vehicle.arm()
-    samples = [vehicle.step((0.5, 0.5, 0.5), (1e-3, 0.0, 0.0), CorrectionInput()) for _ in range(500)]
+    samples = [vehicle.step(Surroundings((0.5, 0.5, 0.5)), (1e-3, 0.0, 0.0), CorrectionInput()) for _ in range(500)]
     assert not vehicle.flying
     assert {s.u_e for s in samples} == {(0.0, 0.0, 0.0)}
     assert {s.rate for s in samples} == {(0.0, 0.0, 0.0)}
