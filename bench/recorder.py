@@ -18,7 +18,7 @@ from bench._peers import HEARTBEAT, Peer, _line_with, _running, free_port, imu, 
 from dob_companion.artifact import DobDesign, dumps
 from dob_companion.companion import Companion
 from dob_companion.companion.witness import Witness
-from dob_companion.files.recorder import FlightRecorder, Recording
+from dob_companion.files.recorder import FlightRecorder
 
 SAMPLES = int(os.environ.get("BENCH_SAMPLES", "5000"))
 WARM_UP = 500
@@ -37,7 +37,7 @@ def measure() -> Iterator[str]:
 
 def _of_the_loop(directory: Path, design: DobDesign) -> Iterator[str]:
     plain, recorded = Companion(design), Companion(design)
-    recorder = FlightRecorder(Recording(directory), recorded, design, now=time.monotonic())
+    recorder = FlightRecorder(directory, recorded, design, now=time.monotonic())
     out, rng = mav.MAVLink(None, srcSystem=1, srcComponent=1), np.random.default_rng(1)
     begin = bytes(HEARTBEAT.pack(out))
     pairs = ((plain, Witness(), []), (recorded, recorder, []))

@@ -18,6 +18,9 @@
 Each message is one line that names the file, key or field and says what was expected.
 """
 
+import difflib
+from collections.abc import Iterable
+
 
 class DobError(Exception):
     """Base of all errors raised on purpose; `exit_code` is what the command line returns."""
@@ -69,3 +72,11 @@ class NoVehicleError(RefusedError, TimeoutError):
 
 class FlightFailedError(RefusedError, RuntimeError):
     """A demo or scenario flight ended before it was complete."""
+
+
+def unknown_key(key: str, known: Iterable[str]) -> str:
+    """What to say of a key that is not among the known ones: the nearest of them, or all when none is near."""
+    known = tuple(known)
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(known)}"
+    return f"unknown key {key!r}; {hint}"

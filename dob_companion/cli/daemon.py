@@ -3,16 +3,18 @@
 import json
 import sys
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 from dob_companion.artifact import DobDesign, check_flyable, loads
 from dob_companion.cli.keeping import Keeping
 from dob_companion.companion import Companion, Event, Status, parse_config
 from dob_companion.companion.witness import Witness
 from dob_companion.files import read_text
-from dob_companion.files.recorder import FlightRecorder, Recording
+from dob_companion.files.recorder import FlightRecorder
 from dob_companion.runtime import Notifier, open_link, parse_link_url, serve
 from dob_companion.view.feed import Feed, LoopClock, live_view_fits
 from dob_companion.view.lines import Lines, event_line
@@ -27,15 +29,19 @@ def fly(
     *,
     config: Path | None,
     state: Path | None,
-    recording: Recording | None,
+    record: Mapping[str, Any],
     timeout_s: float | None,
     page_port: int | None,
     as_json: bool,
 ) -> int:
-    """Check the design, open the link, serve until told to stop. Returns the exit code."""
+    """Check the design, open the link, serve until told to stop. Returns the exit code.
+
+    `state` and `record`, keys of `Recording`, go before what the configuration says.
+    """
     design = load_flyable(design_path)
     text = read_text(config) if config else ""
     settings = parse_config(text, str(config))
+    settings = replace(settings, record=replace(settings.record, **record))
     if state is not None:
         settings = replace(settings, state_directory=str(state))
     url = parse_link_url(link_url)
@@ -63,10 +69,19 @@ def fly(
                 lines.write(_status_as_json(status))
 
         recorder: Witness = Witness()
-        if recording is not None:
-            recorder = FlightRecorder(recording, companion, design, text, now=time.monotonic(), datagrams=url.datagrams)
+        if settings.record.dir is not None:
+            recorder = FlightRecorder(
+                Path(settings.record.dir),
+                companion,
+                design,
+                text,
+                now=time.monotonic(),
+                datagrams=url.datagrams,
+                mb=settings.record.mb,
+                segments=settings.record.segments,
+            )
             leaving.callback(recorder.close)
-            show(Event.info(f"recording flight {recorder.flight} to {recording.directory}"))
+            show(Event.info(f"recording flight {recorder.flight} to {settings.record.dir}"))
         clock = LoopClock(recorder, design.dt)
         leaving.callback(notifier.stopping)
         code = serve(

@@ -25,9 +25,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--profile", choices=PROFILES, default=PROFILES[0], help="where the inputs come from")
     parser.add_argument("--config", type=Path, metavar="FILE", help="TOML configuration")
     parser.add_argument("--state", type=Path, metavar="DIR", help="keep parameters written by the operator here")
-    parser.add_argument("--record", type=Path, metavar="DIR", help="record the flight here, trace and .tlog")
-    parser.add_argument("--record-mb", type=float, default=64.0, metavar="MB", help="size of a segment (%(default)g)")
-    parser.add_argument("--record-segments", type=int, default=16, metavar="N", help="segments kept (%(default)d)")
+    parser.add_argument("--record", metavar="DIR", help="record the flight here, trace and .tlog")
+    parser.add_argument("--record-mb", type=float, metavar="MB", help="size of a segment (64)")
+    parser.add_argument("--record-segments", type=int, metavar="N", help="segments kept (16)")
     parser.add_argument(
         "--status-page",
         type=_port,
@@ -44,15 +44,14 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until told to stop."""
     from dob_companion.cli.daemon import fly
-    from dob_companion.files.recorder import Recording
 
-    recording = Recording(args.record, args.record_mb, args.record_segments) if args.record else None
+    record = {"dir": args.record, "mb": args.record_mb, "segments": args.record_segments}
     return fly(
         args.design,
         args.link,
         config=args.config,
         state=args.state,
-        recording=recording,
+        record={key: value for key, value in record.items() if value is not None},
         timeout_s=args.timeout,
         page_port=args.status_page,
         as_json=args.json,

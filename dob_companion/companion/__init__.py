@@ -1,7 +1,7 @@
 """The daemon as one pure object: bytes and time come in, bytes go out."""
 
-from dob_companion.companion.config import CompanionConfig, parse_config
+from dob_companion.companion.config import CompanionConfig, Recording, parse_config
 from dob_companion.companion.core import Companion, Event, Status
 from dob_companion.companion.parameters import PARAMETERS, Parameters
 
-__all__ = ["PARAMETERS", "Companion", "CompanionConfig", "Event", "Parameters", "Status", "parse_config"]
+__all__ = ["PARAMETERS", "Companion", "CompanionConfig", "Event", "Parameters", "Recording", "Status", "parse_config"]

@@ -10,7 +10,6 @@ import os
 import platform
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ import numpy as np
 
 from dob_companion import __version__
 from dob_companion.artifact import DobDesign, dumps
-from dob_companion.companion import Companion, parse_config
+from dob_companion.companion import Companion, Recording, parse_config
 from dob_companion.companion.snapshot import Snapshots
 from dob_companion.companion.witness import Witness
 from dob_companion.errors import InputError
@@ -39,46 +38,31 @@ RETRY_S = 1.0
 """Time after which a full pipe is tried again."""
 
 _PATIENCE_S = 3.0
-
-
-@dataclass(frozen=True, slots=True)
-class Recording:
-    """Where to record, and how much to keep: `segments` of `segment_mb` megabytes, trace and .tlog together.
-
-    Raises InputError for sizes that cannot be kept.
-    """
-
-    directory: Path
-    segment_mb: float = 64.0
-    segments: int = 16
-
-    def __post_init__(self) -> None:
-        if not 0.1 <= self.segment_mb <= 1e6:
-            raise InputError(f"size of a segment is {self.segment_mb:g} MB, expected 0.1 to 1e6")
-        if self.segments < 2:
-            raise InputError(f"number of segments is {self.segments}, expected 2 or more: one is being written")
+_DEFAULT = Recording()
 
 
 class FlightRecorder(Witness):
     """Records one companion from now on; the loop calls the methods of a Witness.
 
-    `config_text` is the configuration that the companion was built from. Raises InputError, one line, when the
-    directory cannot be written.
+    `config_text` is the configuration that the companion was built from; `mb` and `segments` are those of `Recording`.
+    Raises InputError, one line, when the directory cannot be written.
     """
 
     def __init__(
         self,
-        recording: Recording,
+        directory: Path,
         companion: Companion,
         design: DobDesign,
         config_text: str = "",
         *,
         now: float,
         datagrams: bool = True,
+        mb: float = _DEFAULT.mb,
+        segments: int = _DEFAULT.segments,
     ) -> None:
         newborn = Companion(design, parse_config(config_text, "configuration"), datagrams=datagrams)
         self._snapshots = Snapshots(newborn)
-        self.flight = _claim(recording.directory)
+        self.flight = _claim(directory)
         self.lost = 0
         self._interrupted, self._missing = False, 0
         self._items: list[bytes] = []
@@ -86,8 +70,7 @@ class FlightRecorder(Witness):
         self._since = 0
         self._due_at = now + CHECKPOINT_S
         self._trouble = ""
-        size = round(1e6 * recording.segment_mb)
-        self._pipe = ScribePipe([str(recording.directory), str(self.flight), str(size), str(recording.segments)])
+        self._pipe = ScribePipe([str(directory), str(self.flight), str(round(1e6 * mb)), str(segments)])
         self._pipe.send(frame([json_item(Kind.HEADER, _header(design, config_text, datagrams, self.flight, now))]))
         self._pipe.send(frame([json_item(Kind.CHECKPOINT, self._snapshots.take(companion))]))
 

@@ -1,11 +1,10 @@
 """Typed access to one TOML table; every complaint is one line that names the place and the key."""
 
-import difflib
 import math
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from dob_companion.errors import SpecError
+from dob_companion.errors import SpecError, unknown_key
 
 
 class Table:
@@ -33,9 +32,7 @@ class Table:
         known = tuple(known)
         for key in self._raw:
             if key not in known:
-                near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-                hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(known)}"
-                raise SpecError(f"{self.where}: unknown key {key!r}; {hint}")
+                raise SpecError(f"{self.where}: {unknown_key(key, known)}")
 
     def without(self, keys: Iterable[str]) -> "Table":
         """The same table less some keys."""

@@ -11,7 +11,7 @@ from dob_companion.cli.main import main
 from dob_companion.companion import Companion
 from dob_companion.companion.replay import Replay
 from dob_companion.files.playback import play
-from dob_companion.files.recorder import FlightRecorder, Recording
+from dob_companion.files.recorder import FlightRecorder
 from tests.companion.aircraft import Aircraft, small_design
 
 PATIENCE_S = 30.0
@@ -62,7 +62,7 @@ def pending(recorder):
 def recorded(directory, **sizes):
     """An aircraft whose companion is recorded; on leaving, the recorder has ended."""
     companion = Companion(small_design())
-    recorder = FlightRecorder(Recording(directory, **sizes), companion, small_design(), now=0.0)
+    recorder = FlightRecorder(directory, companion, small_design(), now=0.0, **sizes)
     plane = Aircraft(Told(companion, recorder))
     plane.recorder = recorder
     try:

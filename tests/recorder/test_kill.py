@@ -81,4 +81,17 @@ def test_a_directory_that_cannot_be_written_is_one_line_and_exit_2(design, tmp_p
     assert "/proc/here" in finished.stderr.splitlines()[-1]
     finished = run_cli("run", "--design", design, "--record", tmp_path, "--record-segments", "1")
     assert finished.returncode == 2
-    assert "number of segments" in finished.stderr.splitlines()[-1]
+    assert "record.segments is 1" in finished.stderr.splitlines()[-1]
+
+
+def test_the_configuration_says_where_to_record_and_the_command_line_goes_before_it(design, tmp_path):
+    config = tmp_path / "dob.toml"
+    config.write_text(f'[record]\ndir = "{tmp_path}/configured"\nsegments = 1000\n')
+    for more, directory in (((), "configured"), (("--record", tmp_path / "asked"), "asked")):
+        link = f"udpin:127.0.0.1:{free_port()}"
+        finished = run_cli("run", "--design", design, "--link", link, "--config", config, *more, "--timeout", "0.2")
+        assert finished.returncode == 1
+        assert len(segments_in(tmp_path / directory)) == 1
+    finished = run_cli("run", "--design", design, "--config", config, "--record-mb", "0.01")
+    assert finished.returncode == 2
+    assert "record.mb is 0.01" in finished.stderr

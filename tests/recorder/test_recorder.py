@@ -10,7 +10,7 @@ import pytest
 
 from dob_companion.companion import Companion
 from dob_companion.errors import InputError
-from dob_companion.files.recorder import CHECKPOINT_S, FlightRecorder, Recording
+from dob_companion.files.recorder import CHECKPOINT_S, FlightRecorder
 from dob_companion.files.segments import segments_in, traces_at
 from tests.companion.aircraft import Aircraft, corrections, small_design
 from tests.recorder.flights import Told, pairs_in_a_hurry, recorded, replayed, wait_until
@@ -21,7 +21,7 @@ A_LINE = 500
 
 
 def test_a_flight_replays_bit_for_bit_and_so_does_each_of_its_segments_alone(tmp_path):
-    with recorded(tmp_path, segment_mb=0.1) as plane:
+    with recorded(tmp_path, mb=0.1) as plane:
         plane.active()
         plane.rates = (0.1, -0.2, 0.3)
         pairs_in_a_hurry(plane, 1200, WALL_S)
@@ -38,7 +38,7 @@ def test_a_flight_replays_bit_for_bit_and_so_does_each_of_its_segments_alone(tmp
 
 
 def test_only_so_many_segments_are_kept_and_the_oldest_go_first(tmp_path):
-    with recorded(tmp_path, segment_mb=0.1, segments=3) as plane:
+    with recorded(tmp_path, mb=0.1, segments=3) as plane:
         plane.heartbeat()
         pairs_in_a_hurry(plane, 2400, WALL_S)
     names = segments_in(tmp_path)
@@ -174,19 +174,13 @@ def test_a_directory_that_cannot_be_written_is_refused_by_name(tmp_path):
     (tmp_path / "file").write_text("")
     for path in (tmp_path / "file", tmp_path / "file" / "below", "/proc/flights"):
         with pytest.raises(InputError, match=str(path)):
-            FlightRecorder(Recording(Path(path)), companion, small_design(), now=0.0)
-
-
-@pytest.mark.parametrize("sizes", [{"segment_mb": 0.0}, {"segment_mb": float("nan")}, {"segments": 1}])
-def test_sizes_that_cannot_be_kept_are_refused(tmp_path, sizes):
-    with pytest.raises(InputError, match="segment"):
-        Recording(tmp_path, **sizes)
+            FlightRecorder(Path(path), companion, small_design(), now=0.0)
 
 
 def test_recorder_begins_in_mid_flight_as_well(tmp_path):
     companion = Companion(small_design())
     plane = Aircraft(companion).active()
-    recorder = FlightRecorder(Recording(tmp_path), companion, small_design(), now=plane.now)
+    recorder = FlightRecorder(tmp_path, companion, small_design(), now=plane.now)
     plane.companion = Told(companion, recorder)
     plane.pairs(200)
     recorder.close()
