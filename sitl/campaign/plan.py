@@ -1,0 +1,73 @@
+"""What a campaign flies: its values, and the numbered flights that they make."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+DRAWS = 3
+"""Stream of a seed's draws; 0 to 2 are the weather's and the recorder's to use."""
+
+
+class Between(NamedTuple):
+    """A number drawn for each seed, uniformly from `low` to `high`."""
+
+    low: float
+    high: float
+
+
+Values = tuple[float, ...] | Between
+"""Flown one after the other, or drawn."""
+
+
+class Inputs(NamedTuple):
+    """All that tells one flight of a campaign from the others.
+
+    `delay` in samples; `gain` and `pole` are factors on the plant's gain and on the corner frequency of its lag;
+    `wind_m_s` is the mean wind's speed.
+    """
+
+    flight: int
+    seed: int
+    airframe: str
+    design: str
+    delay: int
+    gain: float
+    pole: float
+
+
+@dataclass(frozen=True, slots=True)
+class Campaign:
+    """A checked campaign. `designs` maps names to the text of each design.json.
+
+    Every seed is flown with every combination of airframe, design, delay, gain and pole; what is `Between` is drawn
+    once a seed, the same for all its flights, so that designs and delays are compared on equal terms.
+    """
+
+    scenario: str
+    designs: Mapping[str, str]
+    seeds: int
+    first_seed: int
+    airframes: tuple[str, ...]
+    delays: tuple[int, ...]
+    gain: Values
+    pole: Values
+    parameters: Mapping[str, float]
+
+    def flights(self) -> list[Inputs]:
+        """All flights, numbered from 0, seed by seed."""
+        flights: list[Inputs] = []
+        for seed in range(self.first_seed, self.first_seed + self.seeds):
+            rng = np.random.default_rng([seed, DRAWS])
+            gains, poles = (_of_seed(values, rng) for values in (self.gain, self.pole))
+            for choice in product(self.airframes, self.designs, self.delays, gains, poles):
+                flights.append(Inputs(len(flights), seed, *choice))
+        return flights
+
+
+def _of_seed(values: Values, rng: np.random.Generator) -> tuple[float, ...]:
+    """What one seed flies. A number is drawn in any case, so that one range does not shift the next one's draws."""
+    share = rng.random()
+    return (values.low + share * (values.high - values.low),) if isinstance(values, Between) else values
