@@ -11,7 +11,7 @@ from typing import Any
 
 from dob_companion.artifact import DobDesign, check_flyable, loads
 from dob_companion.cli.keeping import Keeping
-from dob_companion.companion import Companion, Event, Status, parse_config
+from dob_companion.companion import Companion, CompanionConfig, Event, Status, parse_config
 from dob_companion.companion.witness import Witness
 from dob_companion.files import read_text
 from dob_companion.files.recorder import FlightRecorder
@@ -39,11 +39,8 @@ def fly(
     `state` and `record`, keys of `Recording`, go before what the configuration says.
     """
     design = load_flyable(design_path)
-    text = read_text(config) if config else ""
-    settings = parse_config(text, str(config))
+    settings, text = configured(config, state)
     settings = replace(settings, record=replace(settings.record, **record))
-    if state is not None:
-        settings = replace(settings, state_directory=str(state))
     url = parse_link_url(link_url)
     lines = Lines(sys.stdout if as_json else sys.stderr)
     feed = Feed(lambda event: lines.write(_as_json(event) if as_json else _as_text(event)))
@@ -96,6 +93,13 @@ def fly(
         )
     show(Event.info(_summary(companion.status())))
     return code
+
+
+def configured(config: Path | None, state: Path | None) -> tuple[CompanionConfig, str]:
+    """The configuration, `--state` before what it says, and its text. Raises InputError, one line."""
+    text = read_text(config) if config else ""
+    settings = parse_config(text, str(config))
+    return (settings if state is None else replace(settings, state_directory=str(state))), text
 
 
 def load_flyable(path: Path) -> DobDesign:

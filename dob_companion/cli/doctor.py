@@ -29,6 +29,8 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("--link", default=DEFAULT_LINK, metavar="URL", help="link to the autopilot (%(default)s)")
     parser.add_argument("--design", type=Path, metavar="FILE", help="judge for this design; adds the sign check")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="that of `run`: signs and checks with its key")
+    parser.add_argument("--state", type=Path, metavar="DIR", help="that of `run`: where signing timestamps are kept")
     parser.add_argument("--seconds", type=_seconds, default=5.0, metavar="S", help="time to measure (%(default)g)")
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.set_defaults(run=run)
@@ -44,27 +46,36 @@ def _seconds(text: str) -> float:
 def run(args: argparse.Namespace) -> int:
     """Listen, judge, print."""
     import time
+    from contextlib import ExitStack
 
-    from dob_companion.cli.daemon import load_flyable
+    from dob_companion.cli.daemon import configured, load_flyable
+    from dob_companion.cli.signing import open_signing
     from dob_companion.companion.diagnosis import DESIGN_RATE_HZ, diagnose
     from dob_companion.companion.listening import Listening, Stage
     from dob_companion.runtime import open_link, parse_link_url
     from dob_companion.runtime.listen import listen
+    from dob_companion.runtime.signed import SigningLink
 
     design = load_flyable(args.design) if args.design else None
+    settings, _ = configured(args.config, args.state)
     url = parse_link_url(args.link)
-    link = open_link(url)
     dt = design.dt if design else 1.0 / DESIGN_RATE_HZ
-    listening = Listening(dt, args.seconds, design, now=time.monotonic(), datagrams=url.datagrams)
 
     def tell(stage: Stage) -> None:
         if sys.stderr.isatty() and stage is not Stage.DONE:
             print(f"{url}: {stage.value} …", file=sys.stderr, flush=True)
 
-    try:
+    with ExitStack() as leaving:
+        link = open_link(url)
+        leaving.callback(link.close)
+        gate = None
+        signing = open_signing(settings, lambda e: print(e.text, file=sys.stderr), leaving, datagrams=url.datagrams)
+        if signing is not None:
+            gate = signing.gate
+            link = SigningLink(link, gate)
+        now = time.monotonic()
+        listening = Listening(dt, args.seconds, design, now=now, datagrams=url.datagrams, gate=gate)
         listen(listening, link, tell)
-    finally:
-        link.close()
     diagnosis = diagnose(listening, design)
     if args.json:
         print(json.dumps(_as_json(listening, diagnosis), indent=1))
@@ -104,6 +115,7 @@ def _as_json(listening: "Listening", diagnosis: "Diagnosis") -> dict[str, Any]:
                 "autopilot": p.make,
                 "vehicle": p.vehicle,
                 "armed": p.armed,
+                "signatures": {str(kind): count for kind, count in listening.signatures[p.sender].items()},
             }
             for p in listening.presences.values()
         ],

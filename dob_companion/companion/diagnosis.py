@@ -10,6 +10,7 @@ import numpy as np
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.listening import Listening
 from dob_companion.companion.streamlog import StreamLog
+from dob_companion.mavlink.signing import Signature
 from dob_companion.supervisor import RoundTrip
 
 FULL_RATE = 0.95
@@ -93,7 +94,7 @@ class Diagnosis:
 def diagnose(heard: Listening, design: DobDesign | None) -> Diagnosis:
     """Judge what was heard, for a design or, without one, for 250 Hz and one sample of delay."""
     rate_hz = 1.0 / design.dt if design else DESIGN_RATE_HZ
-    findings = list(_who(heard))
+    findings = [*_who(heard), *_signing(heard)]
     profile = None
     if heard.autopilot is not None:
         profile = _best_profile(heard, rate_hz)
@@ -135,9 +136,46 @@ def _who(heard: Listening) -> Iterator[Finding]:
     if heard.listener.bad:
         text = f"{heard.listener.bad} pieces of garbage"
         yield Finding(Verdict.NOTE, "link", text, "wiring, baud rate, or another protocol on the same link")
-    if heard.signed:
-        text = f"{heard.signed} of {heard.signed + heard.unsigned} messages are signed"
-        yield Finding(Verdict.NOTE, "signing", text, "give `run` the key: signing_key_file (docs/links.md)")
+
+
+def _signing(heard: Listening) -> Iterator[Finding]:
+    if heard.autopilot is None:
+        return
+    own = heard.signatures[heard.autopilot.sender]
+    count = own.total()
+    if not heard.checked:
+        if own[Signature.UNCHECKED]:
+            text = (
+                f"{own[Signature.UNCHECKED]} of {count} messages of the autopilot are signed, with a key not given here"
+            )
+            remedy = "signing_key_file for `run`, and doctor again with the same --config (docs/links.md)"
+            yield Finding(Verdict.NOTE, "signing", text, remedy)
+        else:
+            yield Finding(Verdict.OK, "signing", "the autopilot does not sign; `run` without a key takes what it says")
+        return
+    refused = count - own[Signature.ADMITTED]
+    text = f"{own[Signature.ADMITTED]} of {count} messages of the autopilot are signed with our key"
+    if refused:
+        verdict = Verdict.MISSING if refused > NOTABLE_SHARE * count else Verdict.NOTE
+        worst = max(_SIGNING_REMEDIES, key=lambda kind: own[kind])
+        text += "; refused: " + ", ".join(f"{own[kind]} {kind}" for kind in _SIGNING_REMEDIES if own[kind])
+        yield Finding(verdict, "signing", text, _SIGNING_REMEDIES[worst])
+    else:
+        yield Finding(Verdict.OK, "signing", text)
+    for sender, kinds in heard.signatures.items():
+        if sender != heard.autopilot.sender and not kinds[Signature.ADMITTED]:
+            yield Finding(
+                Verdict.NOTE,
+                "signing",
+                f"{sender.system}/{sender.component}: nothing signed with our key, `run` will not hear it",
+            )
+
+
+_SIGNING_REMEDIES = {
+    Signature.UNSIGNED: "turn signing on in the autopilot, for this link and with the same key (docs/links.md)",
+    Signature.WRONG: "the autopilot has another key: set up the same one in both",
+    Signature.REPLAYED: "old timestamps: set both clocks; does a router deliver messages twice or out of order?",
+}
 
 
 def _nobody(heard: Listening) -> Finding:

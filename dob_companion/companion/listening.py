@@ -4,6 +4,7 @@ It sends heartbeats, requests for streams, and TIMESYNC; never a correction or a
 vehicle to send at its own rates again.
 """
 
+from collections import Counter, defaultdict
 from enum import Enum
 
 import numpy as np
@@ -24,6 +25,7 @@ from dob_companion.mavlink import (
     TimesyncRequest,
 )
 from dob_companion.mavlink.listener import Heard, Listener, Presence, stream_request
+from dob_companion.mavlink.signing import Signature, SigningGate
 from dob_companion.supervisor import AxisCheck
 
 HEARTBEAT_S = 1.0
@@ -53,10 +55,20 @@ class Stage(Enum):
 
 
 class Listening:
-    """Waits up to `seconds` for an autopilot, asks for what it may deliver, and measures for `seconds`."""
+    """Waits up to `seconds` for an autopilot, asks for what it may deliver, and measures for `seconds`.
+
+    With a gate, whose key the link signs with, signatures are judged as well; what is heard counts in any case.
+    """
 
     def __init__(
-        self, dt: float, seconds: float, design: DobDesign | None, *, now: float = 0.0, datagrams: bool = True
+        self,
+        dt: float,
+        seconds: float,
+        design: DobDesign | None,
+        *,
+        now: float = 0.0,
+        datagrams: bool = True,
+        gate: SigningGate | None = None,
     ) -> None:
         self.stage = Stage.WAITING
         self.presences: dict[Sender, Presence] = {}
@@ -68,10 +80,11 @@ class Listening:
         self.rates_seen: set[tuple[float, float, float]] = set()
         self.finite = True
         self.correctors: set[Sender] = set()
-        self.signed = self.unsigned = 0
+        self.checked = gate is not None
+        self.signatures: defaultdict[Sender, Counter[Signature]] = defaultdict(Counter)
         self.system: int | None = None
         self.check = AxisCheck(design) if design else None
-        self.listener = Listener(datagrams=datagrams)
+        self.listener = Listener(datagrams=datagrams, gate=gate)
         self._dt, self._seconds = dt, seconds
         self._codec, self._speaker = Codec(datagrams=datagrams), Speaker()
         self._requests: StreamRequests | None = None
@@ -164,10 +177,7 @@ class Listening:
     # What is heard --------------------------------------------------------------------------------------------
 
     def _heard(self, heard: Heard, now: float) -> None:
-        if heard.signed:
-            self.signed += 1
-        else:
-            self.unsigned += 1
+        self.signatures[heard.sender][heard.signature] += 1
         key = (heard.sender, heard.name)
         self.streams.setdefault(key, StreamLog(heard.name)).add(now, heard.stamp_us, heard.fine)
 

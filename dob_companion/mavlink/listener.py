@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.mavlink.codec import AUTOPILOT
 from dob_companion.mavlink.facts import Sender
+from dob_companion.mavlink.signing import Signature, SigningGate, is_signed
 from dob_companion.mavlink.speaker import StreamRequest
 
 _MAKES = {
@@ -28,7 +29,7 @@ class Heard:
     name: str
     stamp_us: int | None
     fine: bool
-    signed: bool
+    signature: Signature
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +43,13 @@ class Presence:
 
 
 class Listener:
-    """Reads all messages of the common dialect; `bad` counts pieces of garbage, `unknown` messages without a name."""
+    """Reads all messages of the common dialect; `bad` counts pieces of garbage, `unknown` messages without a name.
 
-    def __init__(self, *, datagrams: bool = True) -> None:
+    With a gate signatures are judged, and no message is kept back for its own.
+    """
+
+    def __init__(self, *, datagrams: bool = True, gate: SigningGate | None = None) -> None:
+        self._gate = gate
         self.bad = self.unknown = 0
         self._datagrams = datagrams
         self._parser = _parser()
@@ -59,7 +64,18 @@ class Listener:
             if name.startswith("UNKNOWN"):
                 self.unknown += 1
             else:
-                yield _heard(message, name)
+                yield self._heard(message, name)
+
+    def _heard(self, message: Any, name: str) -> Heard:
+        fine = getattr(message, "time_usec", None)
+        coarse = getattr(message, "time_boot_ms", None)
+        stamp = fine if fine is not None else coarse * 1000 if coarse is not None else None
+        return Heard(_sender(message), name, stamp, fine is not None, self._signature(bytes(message.get_msgbuf())))
+
+    def _signature(self, frame: bytes) -> Signature:
+        if self._gate is not None:
+            return self._gate.judge(frame)
+        return Signature.UNCHECKED if is_signed(frame) else Signature.UNSIGNED
 
     def _messages(self, data: bytes) -> Iterator[Any]:
         try:
@@ -89,13 +105,6 @@ def _parser() -> Any:
 
 def _sender(message: Any) -> Sender:
     return Sender(message.get_srcSystem(), message.get_srcComponent())
-
-
-def _heard(message: Any, name: str) -> Heard:
-    fine = getattr(message, "time_usec", None)
-    coarse = getattr(message, "time_boot_ms", None)
-    stamp = fine if fine is not None else coarse * 1000 if coarse is not None else None
-    return Heard(_sender(message), name, stamp, fine is not None, bool(message.get_header().incompat_flags & 1))
 
 
 def _presence(message: Any) -> Presence:

@@ -11,6 +11,7 @@ future locks its victim out. Here the signature comes first.
 import hmac
 from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import StrEnum
 from hashlib import sha256
 
 from pymavlink.dialects.v20 import common as mav
@@ -27,6 +28,16 @@ V1, V2 = 0xFE, 0xFD
 _SIGNED = 0x01
 _HEADER_V1, _HEADER_V2, _CRC, _SIGNATURE = 6, 10, 2, 13
 _LAST_TIMESTAMP = (1 << 48) - 1
+
+
+class Signature(StrEnum):
+    """What a frame's signature is worth; all but UNCHECKED are a counter's name."""
+
+    ADMITTED = "admitted"
+    UNSIGNED = "unsigned"
+    WRONG = "wrong"
+    REPLAYED = "replayed"
+    UNCHECKED = "unchecked"
 
 
 @dataclass(slots=True)
@@ -78,7 +89,7 @@ class SigningGate:
 
     def admit(self, data: bytes) -> bytes:
         """The frames in `data` that pass, as they came."""
-        return b"".join(frame for frame in self._frames(self._rest + data) if self._passes(frame))
+        return b"".join(frame for frame in self._frames(self._rest + data) if self.judge(frame) is Signature.ADMITTED)
 
     def _frames(self, data: bytes) -> Iterator[bytes]:
         """Whole frames with a right checksum, and in `_rest` what may become one. Garbage and messages that we do not
@@ -101,24 +112,31 @@ class SigningGate:
                 at += 1  # a start mark within something else
         self._rest = b"" if self._datagrams else data[at:]
 
-    def _passes(self, frame: bytes) -> bool:
-        if frame[0] != V2 or not frame[2] & _SIGNED:
-            self.counters.unsigned += 1
-            return False
+    def judge(self, frame: bytes) -> Signature:
+        """What one whole frame's signature is worth. Counts it, and a frame admitted now is replayed the next time."""
+        verdict = self._judged(frame)
+        setattr(self.counters, verdict, getattr(self.counters, verdict) + 1)
+        return verdict
+
+    def _judged(self, frame: bytes) -> Signature:
+        if not is_signed(frame):
+            return Signature.UNSIGNED
         if not hmac.compare_digest(self._signature(frame[:-6]), frame[-6:]):
-            self.counters.wrong += 1
-            return False
+            return Signature.WRONG
         stamp, stream = int.from_bytes(frame[-12:-6], "little"), (frame[-13], frame[5], frame[6])
         if stamp <= self._streams.get(stream, self.timestamp - OLDEST_NEW_STREAM - 1):
-            self.counters.replayed += 1
-            return False
+            return Signature.REPLAYED
         self._streams[stream] = stamp
         self.timestamp = max(self.timestamp, stamp)
-        self.counters.admitted += 1
-        return True
+        return Signature.ADMITTED
 
     def _signature(self, signed: bytes | bytearray) -> bytes:
         return sha256(self._key + signed).digest()[:6]
+
+
+def is_signed(frame: bytes) -> bool:
+    """Whether a whole frame bears a signature, of whatever key."""
+    return frame[0] == V2 and bool(frame[2] & _SIGNED)
 
 
 def _size(data: bytes, at: int) -> int:
@@ -138,6 +156,6 @@ def _number(frame: bytes) -> int:
 
 
 def _checksum_holds(frame: bytes, crc_extra: int) -> bool:
-    end = len(frame) - (_SIGNATURE if frame[0] == V2 and frame[2] & _SIGNED else 0)
+    end = len(frame) - (_SIGNATURE if is_signed(frame) else 0)
     covered = frame[1 : end - _CRC] + bytes([crc_extra])
     return bool(mav.x25crc(covered).crc == int.from_bytes(frame[end - _CRC : end], "little"))

@@ -1,4 +1,4 @@
-"""A link with MAVLink 2 signing: what goes out is signed, and only what is rightly signed comes in."""
+"""Links with MAVLink 2 signing: what goes out is signed, and only what is rightly signed comes in."""
 
 import time
 
@@ -9,9 +9,12 @@ MOST_REFUSED = 256
 """Pieces refused in a row before the loop gets its turn: a flood must not keep it from its deadlines."""
 
 
-class SignedLink:
-    """A `Link` around another, with a gate in between. The computer's clock gives the timestamps as long as it runs
-    forwards; the gate keeps them increasing when it does not."""
+class SigningLink:
+    """A `Link` around another that signs what goes out and lets everything in, for who judges it by himself.
+
+    The computer's clock gives the timestamps as long as it runs forwards; the gate keeps them increasing when it does
+    not.
+    """
 
     def __init__(self, link: Link, gate: SigningGate) -> None:
         self._link = link
@@ -20,6 +23,22 @@ class SignedLink:
     def fileno(self) -> int:
         """See `Link`."""
         return self._link.fileno()
+
+    def read(self) -> bytes | None:
+        """See `Link`."""
+        return self._link.read()
+
+    def write(self, data: bytes) -> None:
+        """Sign one message and send it."""
+        self._link.write(self._gate.sign(data, ticks(time.time())))
+
+    def close(self) -> None:
+        """See `Link`."""
+        self._link.close()
+
+
+class SignedLink(SigningLink):
+    """Lets in only what the gate admits."""
 
     def read(self) -> bytes | None:
         """The next piece that holds something admitted; None when there is nothing more, or enough was refused."""
@@ -31,11 +50,3 @@ class SignedLink:
             if admitted:
                 return admitted
         return None
-
-    def write(self, data: bytes) -> None:
-        """Sign one message and send it."""
-        self._link.write(self._gate.sign(data, ticks(time.time())))
-
-    def close(self) -> None:
-        """See `Link`."""
-        self._link.close()

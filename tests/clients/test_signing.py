@@ -2,6 +2,8 @@
 
 import hashlib
 import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 
 import pytest
 from pymavlink.dialects.v20 import common as mav
@@ -9,7 +11,7 @@ from pymavlink.dialects.v20 import common as mav
 from dob_companion.files.timestamp import AHEAD
 from dob_companion.mavlink.signing import ticks
 from tests.cli.processes import UdpVehicle, daemon, free_port, run_cli
-from tests.clients.processes import MavProxy, flying
+from tests.clients.processes import MavProxy, flying, process
 
 PASSPHRASE = "hover"
 KEY = hashlib.sha256(PASSPHRASE.encode()).digest()
@@ -135,3 +137,25 @@ def test_mavproxy_with_the_key_toggles(design, config, tmp_path):
         console.ask("vehicle 1:191", "Received 6 parameters")
         console.ask("param set DOB_ENABLE 1", "DOB WAITING: switched on")
         console.ask("param fetch DOB_ENABLE", "DOB_ENABLE = 1.0")
+
+
+def test_doctor_says_how_what_it_hears_is_signed(config, tmp_path):
+    cases = {
+        KEY: "messages of the autopilot are signed with our key",
+        bytes(32): "the autopilot has another key",
+        b"": "turn signing on in the autopilot",
+    }
+    ports = {key: free_port() for key in cases}
+    with ExitStack() as running, ThreadPoolExecutor(len(cases)) as doctors:
+        for key, port in ports.items():
+            running.enter_context(process("-m", "tests.clients.vehicle", "generic", port, free_port(), key.hex()))
+        more = ("--seconds", "1.5", "--config", config)
+        asked = {
+            key: doctors.submit(run_cli, "doctor", "--link", f"udpin:127.0.0.1:{ports[key]}", *more) for key in cases
+        }
+    for key, words in cases.items():
+        said = asked[key].result()
+        assert (words in said.stdout, said.stderr) == (True, "")
+        unanswered = "the request for its rate is not answered" in said.stdout
+        assert unanswered == (key == bytes(32))  # a vehicle with a key takes only what is signed with it
+    assert int((tmp_path / "state" / "signing-timestamp").read_text()) > ticks(1.7e9)

@@ -1,6 +1,6 @@
 """A small vehicle that says it is PX4 or ArduPilot and routes as an autopilot does: a process with two sockets.
 
-    python -m tests.clients.vehicle {px4|ardupilot} COMPANION_PORT GROUND_PORT [SIGNING_KEY]
+    python -m tests.clients.vehicle {px4|ardupilot|generic} COMPANION_PORT GROUND_PORT [SIGNING_KEY]
 
 It stands on the ground and sends the pair of each sample at 50 Hz, which is too slow to be flown by on purpose: these
 tests are about parameters. What it has of its own is one integer parameter in its own encoding, so that a client which
@@ -18,6 +18,7 @@ from pymavlink.dialects.v20 import common as mav
 
 KINDS = {
     "px4": (mav.MAV_AUTOPILOT_PX4, mav.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE),
+    "generic": (mav.MAV_AUTOPILOT_GENERIC, mav.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST),
     "ardupilot": (mav.MAV_AUTOPILOT_ARDUPILOTMEGA, mav.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST),
 }
 FORWARDED = ("HEARTBEAT", "STATUSTEXT", "PARAM_VALUE", "PARAM_ERROR", "DEBUG_FLOAT_ARRAY", "ONBOARD_COMPUTER_STATUS")

@@ -30,6 +30,7 @@ class Road:
     rates: object = None
     age: float = -1.0
     key: bytes = UNSIGNED
+    gate: object = None
     extra: tuple = ()
     design: object = None
     sent: list = field(default_factory=list)
@@ -55,7 +56,7 @@ class Road:
 
     def listen(self, seconds=3.0):
         """The diagnosis, and the Listening behind it."""
-        listening = Listening(DT, seconds, self.design, now=0.0)
+        listening = Listening(DT, seconds, self.design, now=0.0, gate=self.gate)
         now, vehicle, k, next_beat = 0.0, 0.0, 0, 0.0
         while listening.stage is not Stage.DONE and now < 60.0:
             if self.heartbeat and now >= next_beat:

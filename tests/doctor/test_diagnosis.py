@@ -7,6 +7,7 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.companion.diagnosis import Verdict
 from dob_companion.companion.streamlog import StreamLog
+from dob_companion.mavlink.signing import SigningGate
 from tests.companion.aircraft import small_design
 from tests.doctor.road import Road
 
@@ -139,9 +140,39 @@ def test_corrections_on_the_link_mean_another_companion():
     assert "1 samples old" in texts(diagnosis, "delay")
 
 
-def test_a_signing_vehicle_is_noted():
-    diagnosis, _ = Road(key=bytes(32)).listen()
-    assert "are signed" in texts(diagnosis, "signing")
+KEY = bytes(range(32))
+
+
+@pytest.mark.parametrize(
+    ("signs_with", "ours", "fit", "words"),
+    [
+        (None, None, True, "does not sign"),
+        (KEY, None, True, "with a key not given here"),
+        (KEY, KEY, True, "signed with our key"),
+        (None, KEY, False, "unsigned"),
+        (bytes(32), KEY, False, "wrong"),
+    ],
+)
+def test_what_is_signed_unsigned_or_wrongly_signed_is_said(signs_with, ours, fit, words):
+    gate = SigningGate(ours, 0) if ours else None
+    diagnosis, listening = Road(key=signs_with, gate=gate).listen()
+    assert words in texts(diagnosis, "signing")
+    assert (diagnosis.fit, bool(missing(diagnosis, "signing"))) == (fit, not fit)
+    assert listening.stream("HIGHRES_IMU").rate_by_stamp_hz == pytest.approx(250.0)
+
+
+def test_a_stale_clock_of_the_autopilot_is_told_from_a_wrong_key():
+    (finding,) = missing(Road(key=KEY, gate=SigningGate(KEY, 10**12)).listen()[0], "signing")
+    assert "replayed" in finding.text
+    assert "clocks" in finding.remedy
+
+
+def test_others_who_do_not_sign_are_named():
+    ground = mav.MAVLink(None, srcSystem=255, srcComponent=190)
+    beat = mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
+    diagnosis, _ = Road(key=KEY, gate=SigningGate(KEY, 0), extra=((ground, beat),)).listen()
+    assert "255/190: nothing signed with our key" in texts(diagnosis, "signing")
+    assert diagnosis.fit
 
 
 class Responding(Road):

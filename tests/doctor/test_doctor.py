@@ -32,6 +32,7 @@ def test_the_simulated_vehicle_is_fit(vehicle, tmp_path):
         "autopilot": "generic",
         "vehicle": "vtol quadrotor",
         "armed": True,
+        "signatures": {"unsigned": said["heard"][0]["signatures"]["unsigned"]},
     }
     (gyro,) = [stream for stream in said["streams"] if stream["message"] == "HIGHRES_IMU"]
     assert gyro["rate_by_stamp_hz"] == pytest.approx(250.0, rel=0.01)
