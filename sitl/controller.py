@@ -1,9 +1,8 @@
 """The baseline controllers: PID (12) on each body rate, the quaternion attitude loop around it, and altitude hold."""
 
-from dataclasses import dataclass
-
 from sitl.attitude import Vector
-from sitl.dynamics import GRAVITY, HOVER_THRUST, ROLL_GAIN, YAW_GAIN
+from sitl.dynamics import GRAVITY
+from sitl.tuning import RateGains
 
 ATTITUDE_GAIN = 6.5
 """Rate asked for per attitude error, 1/s. The paper does not print it; 6.5 is the gain its time-domain reference
@@ -17,22 +16,6 @@ CLIMB_GAIN = 2.5
 
 MAX_CLIMB, MAX_SINK, LANDING_SINK = 2.0, 1.0, 0.5
 """Climb rate limits, m/s. Guesses, usual for take-off and landing."""
-
-
-@dataclass(frozen=True, slots=True)
-class RateGains:
-    """C(z) = gain · (z − zeros[0]) (z − zeros[1]) / (z (z − 1)): rate error, rad/s, to normalized torque."""
-
-    gain: float
-    zeros: tuple[float, float]
-
-
-PITCH_PID = RateGains(gain=0.9002, zeros=(0.8343, 0.9987))
-"""Paper, Eq. (12)."""
-
-# The plant's gain is smaller on roll and yaw, the controller's larger: all three loops are the paper's pitch loop.
-ROLL_PID = RateGains(gain=PITCH_PID.gain / ROLL_GAIN, zeros=PITCH_PID.zeros)
-YAW_PID = RateGains(gain=PITCH_PID.gain / YAW_GAIN, zeros=PITCH_PID.zeros)
 
 
 class RateController:
@@ -69,12 +52,14 @@ def rate_setpoint(attitude_error: Vector, gain: float = ATTITUDE_GAIN) -> Vector
     return (-gain * attitude_error[0], -gain * attitude_error[1], -gain * attitude_error[2])
 
 
-def hold_altitude(target: float | None, altitude: float, climb: float, tilt_cosine: float) -> float:
+def hold_altitude(
+    target: float | None, altitude: float, climb: float, tilt_cosine: float, hover_thrust: float
+) -> float:
     """Normalized thrust, 0…1, towards `target` metres above the ground; None means: come down and land.
 
     Proportional on altitude and climb rate over the known hover thrust, tilt compensated.
     """
     asked = -LANDING_SINK if target is None else ALTITUDE_GAIN * (target - altitude)
     acceleration = CLIMB_GAIN * (max(-MAX_SINK, min(MAX_CLIMB, asked)) - climb)
-    thrust = HOVER_THRUST * (1.0 + acceleration / GRAVITY) / max(tilt_cosine, 0.5)
+    thrust = hover_thrust * (1.0 + acceleration / GRAVITY) / max(tilt_cosine, 0.5)
     return max(0.0, min(1.0, thrust))

@@ -10,6 +10,7 @@ from typing import Protocol
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, down_component, rotated_by_rate
 from sitl.condition import Condition
 from sitl.surroundings import Surroundings
+from sitl.tuning import PITCH_PID, RateGains, Tuning
 
 DT = 0.004
 """Sample time, s: the paper's attitude loop runs at 250 Hz (beside Eq. (10))."""
@@ -48,22 +49,37 @@ ROLL = RateAxis(gain=ROLL_GAIN * PITCH.gain, zero=PITCH.zero, pole=PITCH.pole)
 YAW = RateAxis(gain=YAW_GAIN * PITCH.gain, zero=PITCH.zero, pole=PITCH.pole)
 
 
+# The plant's gain is smaller on roll and yaw, the controller's larger: all three loops are the paper's pitch loop.
+LINEAR_TUNING = Tuning(
+    rate=(
+        RateGains(PITCH_PID.gain / ROLL_GAIN, PITCH_PID.zeros),
+        PITCH_PID,
+        RateGains(PITCH_PID.gain / YAW_GAIN, PITCH_PID.zeros),
+    ),
+    hover_thrust=HOVER_THRUST,
+)
+
+
 class Airframe(Protocol):
     """A body in the air, advanced one sample at a time.
 
     `rate` is the body rate in hover axes, rad/s; `attitude` turns hover axes into north-east-down; `position` and
     `velocity` are m and m/s from the take-off point, north-east-down; `altitude` and `climb` are their vertical part,
-    up positive; `specific_force` is what an accelerometer feels, m/s², hover axes; `condition` is its loads and faults.
+    up positive; `specific_force` is what an accelerometer feels, m/s², hover axes; `condition` is its loads and faults;
+    `tuning` is what its controllers must know. `rate` holds what flexing adds to the gyro, `attitude` does not.
     """
 
     rate: Vector
     attitude: Quaternion
-    altitude: float
-    climb: float
     on_ground: bool
     specific_force: Vector
     condition: Condition
+    tuning: Tuning
 
+    @property
+    def altitude(self) -> float: ...  # noqa: D102
+    @property
+    def climb(self) -> float: ...  # noqa: D102
     @property
     def position(self) -> Vector: ...  # noqa: D102
     @property
@@ -130,6 +146,7 @@ class LinearAirframe:
         self.on_ground = True
         self.specific_force: Vector = (0.0, 0.0, -GRAVITY)
         self.condition = Condition()
+        self.tuning = LINEAR_TUNING
         self._lift = 0.0  # lagged thrust
 
     @property

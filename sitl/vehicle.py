@@ -6,9 +6,6 @@ from typing import NamedTuple
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error, down_component
 from sitl.controller import (
     ATTITUDE_GAIN,
-    PITCH_PID,
-    ROLL_PID,
-    YAW_PID,
     RateController,
     hold_altitude,
     rate_setpoint,
@@ -61,7 +58,7 @@ class Vehicle:
         self.landing = False
         self.target_altitude: float | None = None
         self.now_us = START_US - DT_US
-        self._axes = tuple(RateController(gains) for gains in (ROLL_PID, PITCH_PID, YAW_PID))
+        self._axes = tuple(RateController(gains) for gains in airframe.tuning.rate)
 
     @property
     def flying(self) -> bool:
@@ -131,7 +128,8 @@ class Vehicle:
         if not self.armed or (self.target_altitude is None and not self.landing):
             return 0.0
         target = None if self.landing else self.target_altitude
-        return hold_altitude(target, frame.altitude, frame.climb, down_component(frame.attitude))
+        tilt = down_component(frame.attitude)
+        return hold_altitude(target, frame.altitude, frame.climb, tilt, frame.tuning.hover_thrust)
 
     def _reset_controllers(self) -> None:
         for axis in self._axes:

@@ -8,10 +8,11 @@ from scipy.signal import freqz, lfilter
 from scipy.spatial.transform import Rotation
 
 from sitl.attitude import attitude_error, down_component, multiply, rotated_by_rate
-from sitl.controller import ATTITUDE_GAIN, PITCH_PID, ROLL_PID, YAW_PID, RateController
+from sitl.controller import ATTITUDE_GAIN, RateController
 from sitl.correction import CorrectionInput
-from sitl.dynamics import DT, PITCH, ROLL, YAW, LinearAirframe, LinearAxis
+from sitl.dynamics import DT, LINEAR_TUNING, PITCH, ROLL, YAW, LinearAirframe, LinearAxis
 from sitl.surroundings import STILL, Surroundings
+from sitl.tuning import PITCH_PID
 from sitl.vehicle import Vehicle
 from sitl.weather import CALM, SEGMENT, Weather, first_order_pole, noise_sigma
 
@@ -47,7 +48,7 @@ def test_a_linear_axis_is_the_transfer_function_it_names(axis):
     np.testing.assert_allclose(y, expected, rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize("gains", [ROLL_PID, PITCH_PID, YAW_PID])
+@pytest.mark.parametrize("gains", LINEAR_TUNING.rate)
 def test_a_rate_controller_is_the_transfer_function_it_names_below_saturation(gains):
     e = 0.05 * np.random.default_rng(2).standard_normal(2000)
     expected = lfilter(gains.gain * np.poly(gains.zeros), np.poly([0.0, 1.0]), e)
@@ -73,7 +74,7 @@ def test_the_rate_loop_answers_a_disturbance_as_the_reference_table_says(hertz, 
 
 
 def test_all_three_loops_are_the_same_loop():
-    for axis, gains in ((ROLL, ROLL_PID), (YAW, YAW_PID)):
+    for axis, gains in zip((ROLL, PITCH, YAW), LINEAR_TUNING.rate, strict=True):
         assert axis.gain * gains.gain == pytest.approx(PITCH.gain * PITCH_PID.gain)
 
 

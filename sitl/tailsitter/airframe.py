@@ -1,0 +1,115 @@
+"""`Tailsitter`: the nonlinear airframe, advanced one sample at a time."""
+
+import struct
+
+import numpy as np
+
+from sitl.attitude import LEVEL, ZERO, Quaternion, Vector
+from sitl.condition import Condition
+from sitl.dynamics import DT
+from sitl.mixer import Mixer
+from sitl.surroundings import Surroundings
+from sitl.tailsitter.body import sample
+from sitl.tailsitter.layout import INPUTS, OUTPUTS, QUATERNION, RATE, STATES
+from sitl.tailsitter.parameters import Parameters
+from sitl.tailsitter.trim import hover_thrust
+from sitl.tailsitter.tuning import rate_gains
+from sitl.tuning import Tuning
+
+STEPS = 4
+"""Runge–Kutta steps of a sample after the delay: 0.87 ms each, a tenth of the fastest mode's time constant."""
+
+_PACK = struct.Struct(f"{INPUTS}d")
+_NO_AXIS = -1.0
+
+
+class Tailsitter:
+    """The tail-sitter of `parameters`, standing on its tail at the take-off point; an `Airframe`.
+
+    It leaves the ground when its rotors carry it and stands again, upright, when it comes down to it, however hard:
+    there is no crash. On the ground nothing but the rotors moves.
+    """
+
+    def __init__(self, parameters: Parameters | None = None) -> None:
+        self.parameters = p = parameters or Parameters()
+        self.condition = Condition()
+        self.tuning = Tuning(rate_gains(p), hover_thrust(p))
+        self._params = p.record()
+        self._mixer = Mixer(p.mixer_share, p.idle, 1.0)
+        self._buffer = bytearray(_PACK.size)
+        self._inputs = np.frombuffer(self._buffer)
+        self._before = np.zeros(7)
+        self._work = np.zeros((7, max(STATES, INPUTS)))
+        self._sensed = np.zeros(OUTPUTS)
+        self.state = np.zeros(STATES)
+        self.state[QUATERNION] = 1.0
+        self.on_ground = True
+        self._read()
+
+    @property
+    def altitude(self) -> float:
+        """Above the take-off point, m."""
+        return -self.position[2]
+
+    @property
+    def climb(self) -> float:
+        """Upwards, m/s."""
+        return -self.velocity[2]
+
+    def allocate(self, torque: Vector, thrust: float) -> tuple[Vector, float]:
+        """See `Airframe.allocate` and `mixer`."""
+        return self._mixer.allocate(torque, thrust)
+
+    def advance(self, torque: Vector, thrust: float, around: Surroundings) -> None:
+        """Fly one sample; see `Airframe.advance`."""
+        c = self.condition
+        held = _NO_AXIS if c.held_axis is None else c.held_axis
+        standing = self.on_ground and c.held_axis is None
+        _PACK.pack_into(
+            self._buffer,
+            0,
+            *self._mixer.commands(torque, thrust),
+            *(ZERO if standing else around.torque),
+            *around.moment,
+            *around.wind,
+            *around.wind_rate,
+            around.wall_m,
+            *c.rotor_effectiveness,
+            *c.gain,
+            c.payload_kg,
+            c.battery_charge,
+            c.battery_sag,
+            c.flexible,
+            held,
+            standing,
+        )
+        sample(self.state, self._inputs, self._before, self._params, DT, STEPS, self._work, self._sensed)
+        self._read()
+        if standing:
+            self.on_ground = self._lift <= 0.0
+        elif c.held_axis is not None:
+            self.on_ground = False
+        elif self.position[2] > 0.0:
+            self._touch_down()
+
+    def _read(self) -> None:
+        """Take state and sensors out of the vectors."""
+        n, e, d, vn, ve, vd, w, x, y, z, p, q, r = self.state[: RATE + 3].tolist()
+        fx, fy, fz, _, _, down, a, b, c = self._sensed.tolist()
+        self.position: Vector = (n, e, d)
+        self.velocity: Vector = (vn, ve, vd)
+        self.attitude: Quaternion = (w, x, y, z)
+        self.rate: Vector = (p + a, q + b, r + c)
+        self.specific_force: Vector = (fx, fy, fz)
+        self._lift = -down  # acceleration upwards if nothing held it, m/s²
+
+    def _touch_down(self) -> None:
+        """Stand where it came down, upright and still, with its rotors as they are."""
+        x = self.state
+        x[2:RATE] = 0.0
+        x[QUATERNION : QUATERNION + 4] = LEVEL
+        x[RATE : RATE + 3] = 0.0
+        x[17:26] = 0.0
+        self._sensed[:] = (0.0, 0.0, -self.parameters.gravity, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self.on_ground = True
+        self._read()
