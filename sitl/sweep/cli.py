@@ -1,0 +1,82 @@
+"""Command line of the frequency sweep."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from sitl.errors import SitlError
+from sitl.scenario import AXES
+from sitl.sweep.client import SweepClient
+from sitl.sweep.figure import save_figure
+from sitl.sweep.fit import BAND
+from sitl.sweep.flight import given_link, started_vehicle, sweep
+from sitl.sweep.identify import identify, table, write
+from sitl.sweep.multisine import Plan, excitation
+
+_EXAMPLE = """\
+example: all three axes of the tail-sitter, results in ./sweep
+  python -m sitl.sweep --airframe tailsitter -o sweep
+"""
+
+_SCENARIO = """\
+# What is swept: a hover in still air.
+title = "Frequency sweep in hover"
+hover_altitude_m = 5.0
+[gyro]
+noise_dbw = {noise_dbw}
+"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The argument parser, also the source of `--help`."""
+    plan = Plan()
+    p = argparse.ArgumentParser(
+        prog="python -m sitl.sweep",
+        description="Identify the simulated vehicle's rate dynamics in hover by a frequency sweep over MAVLink.",
+        epilog=_EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    p.add_argument("--airframe", choices=("linear", "tailsitter"), default="tailsitter", help="(%(default)s)")
+    p.add_argument("--axis", nargs="+", choices=AXES, default=list(AXES), help="default: all three, one after another")
+    p.add_argument("--link", metavar="URL", help="sweep the vehicle that waits there, in lockstep, instead")
+    p.add_argument("--seed", type=int, default=1, help="of phases and noise (%(default)s)")
+    p.add_argument("--rms", type=float, default=plan.rms, help="excitation, normalized torque (%(default)s)")
+    p.add_argument("--realizations", type=int, default=plan.realizations, help="of 24.5 s each (%(default)s)")
+    p.add_argument("--noise-dbw", type=float, default=-68.0, help="gyro noise (%(default)s)")
+    p.add_argument("--band", type=float, nargs=2, default=BAND, metavar="RAD_S", help="fitted (4 to 50)")
+    p.add_argument("-o", dest="directory", type=Path, required=True, metavar="DIR", help="where results go")
+    return p
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; returns the exit code, prints one line for anything raised on purpose."""
+    options = parser().parse_args(arguments)
+    try:
+        return _sweep(options)
+    except (SitlError, OSError) as error:
+        print(f"sweep: {error}", file=sys.stderr)
+        return error.exit_code if isinstance(error, SitlError) else 2
+    except KeyboardInterrupt:
+        return 130
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    directory: Path = options.directory
+    directory.mkdir(parents=True, exist_ok=True)
+    plan = Plan(realizations=options.realizations, rms=options.rms)
+    client = SweepClient([(AXES.index(axis), excitation(plan, options.seed)) for axis in options.axis])
+    if options.link:
+        vehicle = given_link(options.link)
+    else:
+        scenario = directory / "scenario.toml"
+        scenario.write_text(_SCENARIO.format(airframe=options.airframe, noise_dbw=options.noise_dbw), "utf-8")
+        vehicle = started_vehicle(scenario, options.seed)
+    with vehicle as (link, ended):
+        sweep(client, link, ended)
+    band = (options.band[0], options.band[1])
+    found = [identify(axis, plan, record, band) for axis, record in zip(options.axis, client.records, strict=True)]
+    write(found, client.records, directory)
+    for one in found:
+        save_figure(one, directory / f"{one.axis}.png")
+    print(table(found))
+    return 0
