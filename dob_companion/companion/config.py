@@ -57,7 +57,7 @@ def parse_config(text: str, source: str) -> CompanionConfig:
     """Read a configuration. Raises ConfigError, one line that names `source` and the key."""
     try:
         table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as problem:
+    except (ValueError, RecursionError) as problem:
         raise ConfigError(f"{source}: not TOML: {problem}") from None
     _known(source, table, [key.name for key in fields(CompanionConfig)])
     system = table.get("system")

@@ -1,6 +1,5 @@
 """The parameters that a ground station sees, their ranges, and how a write is read."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -84,9 +83,7 @@ class Parameters:
 
 def fits(spec: ParameterSpec, value: float) -> bool:
     """Whether a value is finite, in range, and whole where that is meant."""
-    if not (math.isfinite(value) and spec.low <= value <= spec.high):
-        return False
-    return not spec.whole or value == round(value)
+    return spec.low <= value <= spec.high and (not spec.whole or value == round(value))
 
 
 def _lenient(spec: ParameterSpec, write: ParamWrite) -> float:

@@ -28,7 +28,7 @@ def load_settings(text: str, source: str) -> dict[str, float]:
         obj = json.loads(text)
         whole = obj["schema"] == SCHEMA and obj["sha256"] == sha256_of(obj)
         values = {name: float(value) for name, value in obj["values"].items()}
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
         raise ConfigError(f"{source}: damaged; expected {SCHEMA}") from None
     if not whole:
         raise ConfigError(f"{source}: schema or sha256 does not match; expected {SCHEMA}")

@@ -4,7 +4,6 @@ Every complaint is a SpecError of one line that names the file and the key; an u
 with the nearest known one. `models.py` turns the models below into state space.
 """
 
-import math
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,7 +12,7 @@ from dob_companion.artifact import AXES
 from dob_companion.errors import SpecError
 from dob_companion.synthesis.auto_spec import AutoSpec, parse_auto
 from dob_companion.synthesis.model_file import Reader, with_model_files
-from dob_companion.synthesis.table import Table
+from dob_companion.synthesis.table import Table, is_number
 from dob_companion.synthesis.uncertainty import Uncertainty, parse_uncertainty
 
 METHODS = ("zoh", "foh", "tustin", "impulse")
@@ -120,7 +119,7 @@ def parse_spec(text: str, source: str = "spec.toml", read: Reader | None = None)
     """
     try:
         raw = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as problem:
+    except (ValueError, RecursionError) as problem:
         raise SpecError(f"{source}: not TOML: {problem}") from None
     top = Table(source, with_model_files(raw, source, read), ("design", "block", "auto"))
     head = top.table("design", ("rate_hz", "delay_samples", "gamma_backoff", "largest_order"))
@@ -251,7 +250,7 @@ def _roots(table: Table, key: str) -> tuple[complex, ...]:
     out: list[complex] = []
     for item in table.items(key):
         pair = [item, 0.0] if not isinstance(item, list) else item
-        if len(pair) != 2 or not all(_is_finite(part) for part in pair):
+        if len(pair) != 2 or not all(is_number(part) for part in pair):
             raise SpecError(f"{table.where}: {key}: expected finite numbers or [re, im] pairs, got {item!r}")
         root = complex(float(pair[0]), float(pair[1]))
         out += [root, root.conjugate()] if root.imag else [root]
@@ -269,7 +268,3 @@ def _polynomial(table: Table) -> Polynomial:
 
 def _matrices(table: Table) -> Matrices:
     return Matrices(*(table.matrix(key) for key in FORMS["matrices"]))
-
-
-def _is_finite(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,6 +1,6 @@
 """Typed access to one TOML table; every complaint is one line that names the place and the key."""
 
-import math
+import sys
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -105,26 +105,29 @@ class Table:
     ) -> float:
         """A finite number that `fits`; `expected` says so in words."""
         value = self.get(key) if default is None else self._raw.get(key, default)
-        if not _is_number(value) or not fits(float(value)):
+        if not is_number(value) or not fits(float(value)):
             raise SpecError(f"{self.where}: {key}: expected {expected}, got {value!r}")
         return float(value)
 
     def numbers(self, key: str) -> tuple[float, ...]:
         """An array of finite numbers."""
         value = self.items(key)
-        if not all(_is_number(item) for item in value):
+        if not all(is_number(item) for item in value):
             raise SpecError(f"{self.where}: {key}: expected an array of finite numbers, got {value!r}")
         return tuple(float(item) for item in value)
 
     def matrix(self, key: str) -> tuple[tuple[float, ...], ...]:
         """An array of equally long rows of finite numbers."""
         rows = self.items(key)
-        if not all(isinstance(row, list) and all(_is_number(item) for item in row) for row in rows):
+        if not all(isinstance(row, list) and all(is_number(item) for item in row) for row in rows):
             raise SpecError(f"{self.where}: {key}: expected rows of finite numbers")
         if len({len(row) for row in rows}) > 1:
             raise SpecError(f"{self.where}: {key}: expected rows of equal length")
         return tuple(tuple(float(item) for item in row) for row in rows)
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+def is_number(value: object) -> bool:
+    """Whether TOML gave a number that a float can hold; its whole numbers know no bounds."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max
