@@ -1,21 +1,11 @@
-"""The baseline controllers: PID (12) on each body rate, the quaternion attitude loop around it, and altitude hold."""
+"""The baseline attitude controllers: PID (12) on each body rate and the quaternion attitude loop around it."""
 
 from sitl.attitude import Vector
-from sitl.dynamics import GRAVITY
 from sitl.tuning import RateGains
 
 ATTITUDE_GAIN = 6.5
 """Rate asked for per attitude error, 1/s. The paper does not print it; 6.5 is the gain its time-domain reference
 values were computed with, a usual multirotor value (PX4's MC_PITCH_P and ArduPilot's ATC_ANG_PIT_P are 6.5 and 4.5)."""
-
-ALTITUDE_GAIN = 1.0
-"""Climb rate asked for per altitude error, 1/s. A guess: slower than the thrust lag by an order of magnitude."""
-
-CLIMB_GAIN = 2.5
-"""Acceleration asked for per climb rate error, 1/s. A guess, with 70 ms of thrust lag well damped."""
-
-MAX_CLIMB, MAX_SINK, LANDING_SINK = 2.0, 1.0, 0.5
-"""Climb rate limits, m/s. Guesses, usual for take-off and landing."""
 
 
 class RateController:
@@ -50,16 +40,3 @@ class RateController:
 def rate_setpoint(attitude_error: Vector, gain: float = ATTITUDE_GAIN) -> Vector:
     """Body rate, rad/s, that turns the attitude error back: −gain · e (paper, Fig. 4, the *Quaternion Linear* law)."""
     return (-gain * attitude_error[0], -gain * attitude_error[1], -gain * attitude_error[2])
-
-
-def hold_altitude(
-    target: float | None, altitude: float, climb: float, tilt_cosine: float, hover_thrust: float
-) -> float:
-    """Normalized thrust, 0…1, towards `target` metres above the ground; None means: come down and land.
-
-    Proportional on altitude and climb rate over the known hover thrust, tilt compensated.
-    """
-    asked = -LANDING_SINK if target is None else ALTITUDE_GAIN * (target - altitude)
-    acceleration = CLIMB_GAIN * (max(-MAX_SINK, min(MAX_CLIMB, asked)) - climb)
-    thrust = hover_thrust * (1.0 + acceleration / GRAVITY) / max(tilt_cosine, 0.5)
-    return max(0.0, min(1.0, thrust))

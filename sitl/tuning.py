@@ -1,4 +1,4 @@
-"""What the controllers must know about the airframe that they fly: rate gains per axis and the hover thrust."""
+"""What the controllers must know about the airframe that they fly."""
 
 from dataclasses import dataclass
 
@@ -13,10 +13,16 @@ class RateGains:
 
 @dataclass(frozen=True, slots=True)
 class Tuning:
-    """Rate controllers about roll, pitch, yaw, and the normalized thrust that carries the weight."""
+    """Rate controllers about roll, pitch, yaw; the normalized thrust that carries the weight.
+
+    `altitude_integral` is the acceleration gained per climb rate error and time, 1/s²; `position_hold` says whether
+    it can be blown away, so that somebody must bring it back.
+    """
 
     rate: tuple[RateGains, RateGains, RateGains]
     hover_thrust: float
+    altitude_integral: float = 0.0
+    position_hold: bool = False
 
 
 PITCH_PID = RateGains(gain=0.9002, zeros=(0.8343, 0.9987))

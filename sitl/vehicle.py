@@ -3,15 +3,12 @@
 import struct
 from typing import NamedTuple
 
-from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error, down_component
-from sitl.controller import (
-    ATTITUDE_GAIN,
-    RateController,
-    hold_altitude,
-    rate_setpoint,
-)
+from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error, down_component, multiply
+from sitl.controller import ATTITUDE_GAIN, RateController, rate_setpoint
 from sitl.correction import CorrectionInput
 from sitl.dynamics import DT, Airframe
+from sitl.imu import Gyro
+from sitl.position import AltitudeHold, PositionHold
 from sitl.surroundings import Surroundings
 
 DT_US = round(DT * 1e6)
@@ -46,6 +43,9 @@ class Sample(NamedTuple):
 class Vehicle:
     """Airframe, controllers and the pilot's few switches (arm, take off, land).
 
+    `attitude_command` is the pilot's. With `position_hold` (on for airframes that the wind can carry away) the attitude
+    held is that command leaned over so that it stays where it left the ground, or where `hold.point` says.
+
     The gyro reading and the applied torque are rounded to single precision where a real autopilot holds them as such,
     so what goes over the wire is exactly what the vehicle used.
     """
@@ -57,7 +57,11 @@ class Vehicle:
         self.armed = False
         self.landing = False
         self.target_altitude: float | None = None
+        self.gyro = Gyro()
+        self.position_hold = airframe.tuning.position_hold
+        self.hold = PositionHold()
         self.now_us = START_US - DT_US
+        self._altitude = AltitudeHold(airframe.tuning)
         self._axes = tuple(RateController(gains) for gains in airframe.tuning.rate)
 
     @property
@@ -87,8 +91,8 @@ class Vehicle:
         self.now_us = now = self.now_us + DT_US
         correction, answers = corrections.at(now)
         rate, attitude = frame.rate, frame.attitude
-        gyro = _single(rate[0] + noise[0], rate[1] + noise[1], rate[2] + noise[2])
-        error = attitude_error(self.attitude_command, attitude)
+        gyro = _single(*self.gyro.read(rate, noise))
+        error = attitude_error(self._attitude_held(frame), attitude)
         thrust = self._thrust(frame)
         if frame.on_ground or not self.armed:
             self._reset_controllers()
@@ -124,12 +128,23 @@ class Vehicle:
             yaw.step(setpoint[2] - gyro[2]) + correction[2],
         )
 
+    def _attitude_held(self, frame: Airframe) -> Quaternion:
+        if not self.position_hold or frame.condition.held_axis is not None:
+            return self.attitude_command
+        if frame.on_ground:
+            north, east, _ = frame.position
+            self.hold.reset(north, east)
+            return self.attitude_command
+        return multiply(self.hold.step(frame.position, frame.velocity), self.attitude_command)
+
     def _thrust(self, frame: Airframe) -> float:
         if not self.armed or (self.target_altitude is None and not self.landing):
+            self._altitude.reset()
             return 0.0
+        if frame.condition.held_axis is not None:  # the rod carries it; the rotors turn as in hover
+            return frame.tuning.hover_thrust
         target = None if self.landing else self.target_altitude
-        tilt = down_component(frame.attitude)
-        return hold_altitude(target, frame.altitude, frame.climb, tilt, frame.tuning.hover_thrust)
+        return self._altitude.step(target, frame.altitude, frame.climb, down_component(frame.attitude))
 
     def _reset_controllers(self) -> None:
         for axis in self._axes:

@@ -13,7 +13,7 @@ from sitl.tailsitter.body import sample
 from sitl.tailsitter.layout import INPUTS, OUTPUTS, QUATERNION, RATE, STATES
 from sitl.tailsitter.parameters import Parameters
 from sitl.tailsitter.trim import hover_thrust
-from sitl.tailsitter.tuning import rate_gains
+from sitl.tailsitter.tuning import ALTITUDE_INTEGRAL, RATE_PIDS
 from sitl.tuning import Tuning
 
 STEPS = 4
@@ -33,7 +33,7 @@ class Tailsitter:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = p = parameters or Parameters()
         self.condition = Condition()
-        self.tuning = Tuning(rate_gains(p), hover_thrust(p))
+        self.tuning = Tuning(RATE_PIDS, hover_thrust(p), ALTITUDE_INTEGRAL, position_hold=True)
         self._params = p.record()
         self._mixer = Mixer(p.mixer_share, p.idle, 1.0)
         self._buffer = bytearray(_PACK.size)
