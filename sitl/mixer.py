@@ -1,9 +1,10 @@
-"""Torque and thrust into four rotors and back: who gives way when a rotor has no more to give.
+"""Torque and thrust into four rotors: who gives way when a rotor has no more to give.
 
-Order of sacrifice, the least important first: yaw, then thrust, then roll and pitch together. This is what PX4 does
-with its air mode on roll and pitch (`ControlAllocationSequentialDesaturation`, MC_AIRMODE 1: thrust moves up or down
-to keep roll and pitch, yaw takes what is left); ArduPilot's `AP_MotorsMatrix` ranks alike, but keeps a minimum of yaw.
-Scaling roll and pitch by the same factor keeps the direction of the torque.
+Order of sacrifice: thrust moves first, up or down, as far as it takes; then yaw shrinks; roll and pitch shrink last and
+by the same factor, which keeps the direction of their torque. This is PX4's air mode on all three axes
+(`ControlAllocationSequentialDesaturation::mixAirmodeRPY`, MC_AIRMODE 2). ArduPilot's `AP_MotorsMatrix` ranks roll and
+pitch before yaw too, but gives yaw a minimum. A hover that must fly a torque disturbance at a third of full thrust has
+little room below and much above; the altitude hold takes back what thrust gave.
 """
 
 from typing import NamedTuple
@@ -27,25 +28,21 @@ class Mixer(NamedTuple):
 
     def allocate(self, torque: Vector, thrust: float) -> tuple[Vector, float]:
         """Torque (roll, pitch, yaw) and thrust that the rotors can give at once; normalized, as asked for."""
-        share, low, high = self.share, self.low, self.high
-        roll, pitch, yaw = torque
-        span = 2.0 * share * (abs(roll) + abs(pitch))  # between the rotor asked for most and least
-        if span > high - low:
-            k = (high - low) / span
-            roll, pitch, span = k * roll, k * pitch, high - low
-        half = 0.5 * span
-        thrust = min(max(thrust, low + half), high - half)
-        return (roll, pitch, self._yaw(share * roll, share * pitch, yaw, thrust)), thrust
-
-    def _yaw(self, roll: float, pitch: float, yaw: float, thrust: float) -> float:
-        """As much of `yaw` as leaves every rotor within its limits."""
-        up = self.high - thrust
-        down = thrust - self.low
-        # Rotors 0, 1 gain with yaw and carry ∓(roll − pitch); 2, 3 lose and carry ±(roll + pitch).
+        reach = self.high - self.low
+        roll, pitch, yaw = self.share * torque[0], self.share * torque[1], self.share * torque[2]
+        k = 1.0
+        if 2.0 * (abs(roll) + abs(pitch)) > reach:
+            k = 0.5 * reach / (abs(roll) + abs(pitch))
+            roll, pitch = k * roll, k * pitch
+        # Two rotors carry yaw ± a, the others −yaw ± b; the widest pair of all four is a + b + 2 abs(yaw) apart.
         a, b = abs(roll - pitch), abs(roll + pitch)
-        most = (min(up - a, down - b) if yaw > 0.0 else min(up - b, down - a)) / self.share
-        most = max(0.0, most)
-        return max(-most, min(most, yaw))
+        most = 0.5 * (reach - a - b)
+        spin = yaw
+        if abs(yaw) > most:
+            spin = most if yaw > 0.0 else -most
+        highest, lowest = max(a + spin, b - spin), min(spin - a, -spin - b)
+        thrust = min(max(thrust, self.low - lowest), self.high - highest)
+        return (k * torque[0], k * torque[1], torque[2] if spin == yaw else spin / self.share), thrust
 
     def commands(self, torque: Vector, thrust: float) -> Four:
         """Commands of the four rotors, share of full thrust; within the limits for what `allocate` returns."""

@@ -16,8 +16,9 @@ defaults (MPC_XY_P, MPC_XY_VEL_P_ACC, MPC_XY_VEL_I_ACC)."""
 MAX_SPEED = 3.0
 """Speed asked for, m/s. A guess: a hover, not a journey."""
 
-MAX_LEAN = 0.6
-"""Tangent of the largest lean asked for: 31°. A guess; with the wing broadside a lean is also an angle of attack."""
+MAX_LEAN = 1.0
+"""Tangent of the largest lean asked for: 45°, PX4's MPC_TILTMAX_AIR. With the wing broadside a lean is also an angle of
+attack; it holds the tail-sitter in 8 m/s."""
 
 ALTITUDE_GAIN = 1.0
 """Climb rate asked for per altitude error, 1/s. A guess: slower than the thrust lag by an order of magnitude."""
@@ -28,7 +29,7 @@ CLIMB_GAIN = 2.5
 MAX_CLIMB, MAX_SINK, LANDING_SINK = 2.0, 1.0, 0.5
 """Climb rate limits, m/s. Guesses, usual for take-off and landing."""
 
-MAX_TRIM = 0.5 * GRAVITY
+MAX_TRIM = GRAVITY
 """Largest acceleration that either integral may hold, m/s². A guess."""
 
 
