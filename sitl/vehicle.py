@@ -89,9 +89,9 @@ class Vehicle:
         """Fly the next sample: read the gyro (`noise` in rad/s), compute and apply u_e, hold it to the sample after."""
         frame = self.airframe
         self.now_us = now = self.now_us + DT_US
-        correction, answers = corrections.at(now)
         rate, attitude = frame.rate, frame.attitude
         gyro = _single(*self.gyro.read(rate, noise))
+        correction, answers = corrections.at(now)  # after the gyro: without a link the answer to it may act at once
         error = attitude_error(self._attitude_held(frame), attitude)
         thrust = self._thrust(frame)
         if frame.on_ground or not self.armed:
