@@ -40,6 +40,13 @@ def rotated_by_rate(q: Quaternion, rate: Vector, dt: float) -> Quaternion:
     return (w * n, x * n, y * n, z * n)
 
 
+def turned_back(q: Quaternion, v: Vector) -> Vector:
+    """A vector given in north-east-down, seen in hover axes: q⁻¹ v q."""
+    w, x, y, z = q
+    _, a, b, c = multiply(multiply((w, -x, -y, -z), (0.0, *v)), q)
+    return (a, b, c)
+
+
 def attitude_error(commanded: Quaternion, q: Quaternion) -> Vector:
     """Attitude error e = 2 · sign(q₀) · vec(q_cmd⁻¹ ⊗ q), rad for small angles, hover axes, shorter way round.
 

@@ -5,8 +5,9 @@ import numpy as np
 from sitl.attitude import Vector
 from sitl.errors import FlightFailedError
 from sitl.flight import Flight
+from sitl.log import OFF_WINDOW
 from sitl.scenario import Scenario
-from sitl.script import OFF_WINDOW, Phase
+from sitl.script import Phase
 
 TOLERANCE = 1e-6
 """Relative error of the peaks at which the search ends."""
@@ -26,7 +27,7 @@ def peaks_off(scenario: Scenario, seed: int, scale: Vector) -> Vector:
 
 
 def disturbance_scale(scenario: Scenario, seed: int) -> Vector:
-    """Standard deviation of the disturbance per axis, normalized torque, that gives the scenario's error peaks.
+    """Size of the disturbance per axis that gives the scenario's error peaks: see `Flight`.
 
     Fixed-point iteration over whole flights of the vehicle itself, each axis scaled by wanted over found: the response
     is all but linear and uncoupled, so a handful of flights do. Raises FlightFailedError when it does not settle
@@ -35,10 +36,11 @@ def disturbance_scale(scenario: Scenario, seed: int) -> Vector:
     if scenario.disturbance is None:
         return (0.0, 0.0, 0.0)
     wanted = np.array(scenario.disturbance.peak_attitude_error)
-    scale = np.full(3, 0.05)  # a start within reach: a twentieth of full torque
+    disturbed = wanted > 0.0
+    scale = np.where(disturbed, 0.05, 0.0)  # a start within reach: a twentieth of full torque, or of a Nm
     for _ in range(MAX_FLIGHTS):
         found = np.array(peaks_off(scenario, seed, (scale[0], scale[1], scale[2])))
-        if np.all(np.abs(found / wanted - 1.0) < TOLERANCE):
+        if np.all(np.abs(found[disturbed] / wanted[disturbed] - 1.0) < TOLERANCE):
             return float(scale[0]), float(scale[1]), float(scale[2])
-        scale = scale * wanted / found
+        scale[disturbed] *= wanted[disturbed] / found[disturbed]
     raise FlightFailedError(f"no disturbance gives error peaks of {wanted.tolist()} rad; expected smaller ones")

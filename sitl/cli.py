@@ -6,13 +6,15 @@ import signal
 import sys
 from pathlib import Path
 
+from sitl import checks
+from sitl.attitude import Vector
 from sitl.calibration import disturbance_scale
-from sitl.errors import InputError, SitlError
+from sitl.errors import FlightFailedError, InputError, SitlError
 from sitl.flight import Flight
 from sitl.links import Link, open_link
-from sitl.result import write
+from sitl.result import verdicts, write
 from sitl.run import Limits, Loop, fly_lockstep, fly_real_time, say
-from sitl.scenario import load, packaged_names
+from sitl.scenario import Scenario, load, packaged_names
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 
 LINK, GCS = "udpout:127.0.0.1:14540", "udpout:127.0.0.1:14550"
@@ -38,7 +40,11 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--seed", type=_seed, default=1, metavar="N", help="of disturbance and noise (%(default)s)")
     p.add_argument("--link", default=LINK, metavar="URL", help="the companion's link (%(default)s)")
     p.add_argument("--gcs", default=GCS, metavar="URL", help="the ground station's link (%(default)s)")
-    p.add_argument("-o", dest="directory", type=Path, metavar="DIR", help="write result.json and flight.npz here")
+    p.add_argument(
+        "--delay", type=_delay, default=1, metavar="N", help="of the companion's link, samples (%(default)s)"
+    )
+    p.add_argument("-o", dest="directory", type=Path, metavar="DIR", help="result.json, flight.npz, figure.png go here")
+    p.add_argument("--no-figure", action="store_true", help="draw none")
     p.add_argument("--await-arming", action="store_true", help="wait on the ground for ARM and TAKEOFF")
     p.add_argument("--timeout", type=_seconds, metavar="S", help="lockstep: longest wait for a companion (for ever)")
     p.add_argument("--event-timeout", type=_seconds, default=60.0, metavar="S", help="for awaited events (%(default)s)")
@@ -49,6 +55,13 @@ def _seed(text: str) -> int:
     value = int(text)
     if not 0 <= value < 2**32:
         raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^32 - 1")
+    return value
+
+
+def _delay(text: str) -> int:
+    value = int(text)
+    if not 1 <= value <= 20:
+        raise argparse.ArgumentTypeError("expected a whole number of samples from 1 to 20")
     return value
 
 
@@ -84,20 +97,34 @@ def _fly(options: argparse.Namespace) -> int:
         links[GROUND] = open_link(options.gcs)
         scale = disturbance_scale(scenario, options.seed)
         if any(scale):
-            roll, pitch, yaw = scale
-            say(f"disturbance of roll {roll:.4f}, pitch {pitch:.4f}, yaw {yaw:.4f} normalized torque rms")
+            say(_strength(scenario, scale))
         endless = scenario.windows is None
         record = directory is not None or not endless
-        flight = Flight(scenario, options.seed, scale, await_arming=options.await_arming, record=record)
+        flight = Flight(
+            scenario,
+            options.seed,
+            scale,
+            await_arming=options.await_arming,
+            record=record,
+            delay_samples=options.delay,
+        )
         limits = Limits(options.timeout, None if endless else options.event_timeout)
         loop = Loop(Endpoint(flight), links, limits)
-        return _run(loop, options.clock, directory)
+        return _run(loop, options.clock, directory, drawn=not options.no_figure)
     finally:
         for link in links.values():
             link.close()
 
 
-def _run(loop: Loop, clock: str, directory: Path | None) -> int:
+def _strength(scenario: Scenario, scale: Vector) -> str:
+    disturbance = scenario.disturbance
+    unit = "Nm" if disturbance and disturbance.moment else "normalized torque"
+    kind = "at most" if disturbance and disturbance.pull else "rms"
+    roll, pitch, yaw = scale
+    return f"disturbance of roll {roll:.4f}, pitch {pitch:.4f}, yaw {yaw:.4f} {unit} {kind}"
+
+
+def _run(loop: Loop, clock: str, directory: Path | None, *, drawn: bool) -> int:
     signal.signal(signal.SIGTERM, lambda *_: loop.stop())
     signal.signal(signal.SIGINT, lambda *_: loop.stop(interrupted=True))
     gc.freeze()  # what start-up left behind need not be looked through between samples
@@ -107,7 +134,26 @@ def _run(loop: Loop, clock: str, directory: Path | None) -> int:
         say(f"{overruns} samples were late by more than one period")
     flight = loop.flight
     if directory is not None and (flight.complete or flight.scenario.windows is None):
-        write(flight, clock, directory)
+        _write(flight, clock, directory, drawn)
     if flight.complete:
         loop.finish()
+        _judge(flight)
     return 130 if loop.interrupted else 0
+
+
+def _write(flight: Flight, clock: str, directory: Path, drawn: bool) -> None:
+    try:
+        write(flight, clock, directory, drawn=drawn)
+    except ModuleNotFoundError as error:
+        say(f"no figure: {error.name} is not installed")
+
+
+def _judge(flight: Flight) -> None:
+    """Print the scenario's checks. Raises FlightFailedError when one does not hold."""
+    found = verdicts(flight)
+    if not found:
+        return
+    print("\n".join(checks.lines(found)), flush=True)
+    failed = [verdict.name for verdict in found if not verdict.passed]
+    if failed:
+        raise FlightFailedError(f"{len(failed)} of {len(found)} checks failed: {', '.join(failed)}")

@@ -24,6 +24,8 @@ class Verdict(Enum):
     TOO_LARGE = "an axis is beyond ±1"
     NOT_NEWER = "its stamp is not newer than the last"
     FUTURE = "its stamp is in the future"
+    HELD = "the link holds it back"
+    LOST = "the link lost it"
 
 
 class CorrectionInput:

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitl.checks import Verdict, judge, peak, rms
+from sitl.figures import figure
 from sitl.flight import Flight
-from sitl.log import Arrays
-from sitl.scenario import AXES, Scenario
-from sitl.script import OFF_WINDOW, ON_WINDOW
+from sitl.log import OFF_WINDOW, ON_WINDOW, Arrays
+from sitl.scenario import Scenario
+from sitl.tables import AXES
 
 SCHEMA = "dob-companion/flight-result/1"
 
@@ -41,40 +43,44 @@ def summarize(scenario: Scenario, seed: int, clock: str, arrays: Arrays) -> dict
 
 
 def _axis(off: NDArray[np.float64], on: NDArray[np.float64], paper_ratio: float | None) -> dict[str, float | None]:
-    peak_off, rms_off = _peak_and_rms(off)
-    peak_on, rms_on = _peak_and_rms(on)
+    peak_off, rms_off, peak_on, rms_on = peak(off), rms(off), peak(on), rms(on)
     return {
         "peak_off": peak_off,
         "peak_on": peak_on,
         "rms_off": rms_off,
         "rms_on": rms_on,
-        "peak_ratio": peak_off / peak_on,
-        "rms_ratio": rms_off / rms_on,
+        "peak_ratio": peak_off / peak_on if peak_on else None,
+        "rms_ratio": rms_off / rms_on if rms_on else None,
         "paper_ratio": paper_ratio,
     }
 
 
-def _peak_and_rms(e: NDArray[np.float64]) -> tuple[float, float]:
-    """max |e| and √mean e², mean removed."""
-    e = e - e.mean()
-    return float(np.abs(e).max()), float(np.sqrt(np.mean(e * e)))
+def verdicts(flight: Flight) -> list[Verdict]:
+    """What the scenario's checks say of a complete flight."""
+    return judge(flight.scenario.checks, flight.log.arrays(), flight.delay_samples)
 
 
-def write(flight: Flight, clock: str, directory: Path) -> None:
+def write(flight: Flight, clock: str, directory: Path, *, drawn: bool = False) -> None:
     """Write `flight.npz`, and `result.json` last if there are windows to compare, into `directory`.
 
-    The directory is made when it is missing; a result of an earlier flight does not outlive that flight's record.
+    The directory is made when it is missing; a result of an earlier flight does not outlive that flight's record. When
+    it is to be `drawn`, `figure.png` lies beside it; raises ModuleNotFoundError, with all else written, without
+    matplotlib.
     """
     arrays = flight.log.arrays()
     directory.mkdir(parents=True, exist_ok=True)
-    (directory / "result.json").unlink(missing_ok=True)
+    for name in ("result.json", "figure.png"):
+        (directory / name).unlink(missing_ok=True)
     packed = io.BytesIO()
     np.savez_compressed(packed, **arrays)  # type: ignore[arg-type]
     _replace(directory / "flight.npz", packed.getvalue())
     if flight.complete:
         result = summarize(flight.scenario, flight.seed, clock, arrays)
+        result["checks"] = [verdict.as_json() for verdict in verdicts(flight)]
         text = json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
         _replace(directory / "result.json", text.encode())
+        if drawn:
+            _replace(directory / "figure.png", figure(flight.scenario, arrays))
 
 
 def _replace(path: Path, content: bytes) -> None:

@@ -2,25 +2,42 @@
 
 import tomllib
 from dataclasses import dataclass
-from difflib import get_close_matches
-from math import isfinite
 from pathlib import Path
-from typing import Any
 
 from sitl.attitude import Vector
+from sitl.checks import Check, read_checks
 from sitl.errors import ScenarioError
+from sitl.events import Event, read_events
+from sitl.gusts import Gust, Wind
+from sitl.tables import AXES, Table, nearest
 
-AXES = ("roll", "pitch", "yaw")
+AIRFRAMES = ("linear", "tailsitter")
 
 _PACKAGED = Path(__file__).parent / "scenarios"
+
+PaperRatio = tuple[float | None, float | None, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Pull:
+    """A sinusoid that grows to its full size within `growth_s` from the lead's beginning: a pulled rubber band."""
+
+    frequency_hz: float
+    growth_s: float
 
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """Torque disturbance: low-pass bandwidth in Hz, and the attitude error peaks (rad) it causes with no observer."""
+    """A disturbance, and the attitude error peaks (rad) it causes with no observer.
+
+    It is white noise through a low-pass of `bandwidth_hz`, or a `pull`. It is the paper's d, normalized torque at the
+    plant's input, unless it acts as an outer `moment` on the body, Nm.
+    """
 
     bandwidth_hz: float
     peak_attitude_error: Vector
+    pull: Pull | None = None
+    moment: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +54,7 @@ class Windows:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What is flown. Without `windows` it hovers until stopped; `windows` and `disturbance` come together."""
+    """What is flown. Without `windows` it hovers until stopped; a `disturbance` needs windows."""
 
     name: str
     title: str
@@ -45,7 +62,16 @@ class Scenario:
     noise_dbw: float
     disturbance: Disturbance | None = None
     windows: Windows | None = None
-    paper_ratio: Vector | None = None
+    paper_ratio: PaperRatio | None = None
+    airframe: str = "linear"
+    wind: Wind | None = None
+    events: tuple[Event, ...] = ()
+    checks: tuple[Check, ...] = ()
+
+    @property
+    def eventful(self) -> bool:
+        """Something blows or happens."""
+        return self.wind is not None or bool(self.events)
 
 
 def packaged_names() -> list[str]:
@@ -62,7 +88,7 @@ def load(name_or_path: str) -> Scenario:
         return _read(Path(name_or_path))
     names = packaged_names()
     if name_or_path not in names:
-        hint = _nearest(name_or_path, names) or f"known: {', '.join(names)}"
+        hint = nearest(name_or_path, names) or f"known: {', '.join(names)}"
         raise ScenarioError(f"scenario {name_or_path!r} is unknown; {hint}; or give the path of a .toml file")
     return _read(_PACKAGED / f"{name_or_path}.toml")
 
@@ -76,36 +102,62 @@ def _read(path: Path) -> Scenario:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{path}: not TOML: {error}") from None
-    return _scenario(_Table(str(path), "", table), path.stem)
+    return _scenario(Table(str(path), "", table), path.stem)
 
 
-def _scenario(top: "_Table", name: str) -> Scenario:
+def _scenario(top: Table, name: str) -> Scenario:
     gyro = top.table("gyro")
-    disturbance, windows, ratio = (top.optional_table(k) for k in ("disturbance", "windows", "paper_ratio"))
+    disturbance, windows, ratio, wind = (
+        top.optional_table(key) for key in ("disturbance", "windows", "paper_ratio", "wind")
+    )
+    parts = _windows(windows) if windows else None
+    lead_s, length_s = (parts.lead_s, parts.length_s) if parts else (0.0, 3600.0)
     scenario = Scenario(
         name=name,
         title=top.text("title"),
         hover_altitude=top.number("hover_altitude_m", 1.0, 100.0),
         noise_dbw=gyro.number("noise_dbw", -300.0, 0.0),
         disturbance=_disturbance(disturbance) if disturbance else None,
-        windows=_windows(windows) if windows else None,
-        paper_ratio=ratio.axes(0.0, 1e6) if ratio else None,
+        windows=parts,
+        paper_ratio=_paper_ratio(ratio) if ratio else None,
+        airframe=top.choice("airframe", AIRFRAMES, "linear"),
+        wind=_wind(wind, lead_s, length_s) if wind else None,
+        events=read_events(top.tables("event"), lead_s, length_s),
+        checks=read_checks(top.tables("check"), length_s),
     )
     top.finish()
     gyro.finish()
-    if (scenario.disturbance is None) != (scenario.windows is None):
-        raise ScenarioError(f"{top.file}: [disturbance] and [windows] come together, or neither")
+    _refuse_halves(top.file, scenario)
     return scenario
 
 
-def _disturbance(table: "_Table") -> Disturbance:
-    peaks = table.table("peak_attitude_error_rad")
-    result = Disturbance(table.number("bandwidth_hz", 1e-3, 100.0), peaks.axes(1e-4, 1.0))
+def _refuse_halves(file: str, scenario: Scenario) -> None:
+    if scenario.windows is None and (scenario.disturbance or scenario.checks):
+        raise ScenarioError(f"{file}: [disturbance] and [[check]] come together with [windows]")
+    if scenario.windows and scenario.disturbance is None and not scenario.eventful:
+        raise ScenarioError(f"{file}: [windows] come together with a [disturbance], [wind] or an [[event]]")
+
+
+def _disturbance(table: Table) -> Disturbance:
+    pull = table.optional_table("pull")
+    bandwidth_hz = 1.0 if pull else table.number("bandwidth_hz", 1e-3, 100.0)
+    if pull:
+        peaks = table.vector("peak_attitude_error_rad", AXES, 0.0, 1.0)
+    else:
+        peaks = table.table("peak_attitude_error_rad").axes(1e-4, 1.0)
+    moment = table.choice("acts_as", ("torque", "moment"), "torque") == "moment"
+    result = Disturbance(bandwidth_hz, peaks, _pull(pull) if pull else None, moment)
     table.finish()
     return result
 
 
-def _windows(table: "_Table") -> Windows:
+def _pull(table: Table) -> Pull:
+    result = Pull(table.number("frequency_hz", 0.01, 50.0), table.number("growth_s", 0.0, 600.0))
+    table.finish()
+    return result
+
+
+def _windows(table: Table) -> Windows:
     result = Windows(
         lead_s=table.number("lead_s", 0.0, 600.0),
         length_s=table.number("length_s", 0.1, 3600.0),
@@ -115,63 +167,31 @@ def _windows(table: "_Table") -> Windows:
     return result
 
 
-class _Table:
-    """One TOML table whose keys are taken out one by one; `finish` complains about those nobody asked for."""
-
-    def __init__(self, file: str, name: str, content: dict[str, Any]) -> None:
-        self.file, self._name, self._left = file, name, dict(content)
-        self._known: list[str] = []
-
-    def _where(self, key: str) -> str:
-        return f"{self.file}: {self._name}.{key}" if self._name else f"{self.file}: {key}"
-
-    def _take(self, key: str) -> Any:
-        self._known.append(key)
-        return self._left.pop(key, None)
-
-    def text(self, key: str) -> str:
-        value = self._take(key)
-        if not isinstance(value, str):
-            raise ScenarioError(f"{self._where(key)}: expected text{self._instead(key)}")
-        return value
-
-    def number(self, key: str, low: float, high: float) -> float:
-        value = self._take(key)
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not isfinite(value) or not low <= value <= high:
-            raise ScenarioError(f"{self._where(key)}: expected a number from {low:g} to {high:g}{self._instead(key)}")
-        return float(value)
-
-    def axes(self, low: float, high: float) -> Vector:
-        roll, pitch, yaw = (self.number(axis, low, high) for axis in AXES)
-        self.finish()
-        return roll, pitch, yaw
-
-    def table(self, key: str) -> "_Table":
-        table = self.optional_table(key)
-        if table is None:
-            raise ScenarioError(f"{self._where(key)}: expected a table{self._instead(key)}")
-        return table
-
-    def optional_table(self, key: str) -> "_Table | None":
-        value = self._take(key)
-        if value is None:
-            return None
-        if not isinstance(value, dict):
-            raise ScenarioError(f"{self._where(key)}: expected a table")
-        return _Table(self.file, f"{self._name}.{key}".lstrip("."), value)
-
-    def _instead(self, key: str) -> str:
-        """A hint where a missing key stands in the file under a misspelt name."""
-        close = get_close_matches(key, self._left, 1)
-        return f"; {close[0]!r} is unknown, did you mean {key!r}?" if close else ""
-
-    def finish(self) -> None:
-        for key in self._left:
-            hint = _nearest(key, self._known) or f"known: {', '.join(self._known)}"
-            raise ScenarioError(f"{self._where(key)}: unknown key; {hint}")
+def _paper_ratio(table: Table) -> PaperRatio:
+    roll, pitch, yaw = (table.number(axis, 0.0, 1e6) if table.has(axis) else None for axis in AXES)
+    table.finish()
+    return roll, pitch, yaw
 
 
-def _nearest(word: str, known: list[str]) -> str:
-    close = get_close_matches(word, known, 1, cutoff=0.5)
-    return f"did you mean {close[0]!r}?" if close else ""
+def _wind(table: Table, lead_s: float, length_s: float) -> Wind:
+    turbulence = table.number("turbulence_m_s", 0.0, 50.0, 0.0)
+    result = Wind(
+        mean=table.number("mean_m_s", 0.5 if turbulence else 0.0, 30.0),
+        from_deg=table.number("from_deg", -360.0, 360.0, 0.0),
+        turbulence=turbulence,
+        span_m=table.number("span_m", 0.1, 50.0) if turbulence else 1.0,
+        gusts=tuple(_gust(gust, lead_s, length_s) for gust in table.tables("gust")),
+    )
+    table.finish()
+    return result
+
+
+def _gust(table: Table, lead_s: float, length_s: float) -> Gust:
+    result = Gust(
+        at_s=table.number("at_s", -lead_s, length_s),
+        rise_s=table.number("rise_s", 0.01, 600.0),
+        hold_s=table.number("hold_s", 0.0, 600.0, 0.0),
+        peak=table.vector("peak_m_s", ("north", "east", "down"), -30.0, 30.0),
+    )
+    table.finish()
+    return result

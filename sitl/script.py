@@ -5,8 +5,9 @@
     WAIT_ARM ─► WAIT_TAKEOFF ─► CLIMB ─► HOVER                               without windows: until stopped
                                   └────► OFF ─► WAIT_OBSERVER ─► SETTLE ─► ON ─► COMPLETE
 
-OFF and ON are the two segments: each starts the sequences of disturbance and noise afresh and flies a lead, which is
-left out, and a window. SETTLE is still air, so that ON begins from rest as OFF did.
+OFF and ON are the two segments: each starts the sequences of disturbance, noise, wind and events afresh and flies a
+lead, which is left out, and a window. SETTLE is still air with every event undone, so that ON begins from rest as OFF
+did. Without windows, wind and events begin once with HOVER.
 
 An awaited event is pinned to a sample: in lockstep the clock stands in a WAIT phase (`Script.awaiting`), in real time
 the flight goes on through it.
@@ -15,14 +16,13 @@ the flight goes on through it.
 from enum import Enum
 
 from sitl.errors import FlightFailedError
+from sitl.log import NO_WINDOW, OFF_WINDOW, ON_WINDOW
 from sitl.scenario import Scenario
 from sitl.vehicle import DT_US, Sample, Vehicle
 from sitl.weather import CALM, SEGMENT
 
 CLOSE_M, SLOW_M_S, STEADY_SAMPLES = 0.1, 0.1, 125
 """Hover is reached when altitude and climb rate stay this near the target for half a second. A guess."""
-
-NO_WINDOW, OFF_WINDOW, ON_WINDOW = 0, 1, 2
 
 
 class Phase(Enum):
@@ -131,6 +131,8 @@ class Script:
             return []
         if not self._length:
             self.phase = Phase.HOVER
+            if self._scenario.eventful:
+                self._begin(Phase.HOVER, SEGMENT)
             return ["hover reached"]
         if self._observer_on:
             raise FlightFailedError("DOB_ENABLE is already 1; expected 0 until it is asked for")

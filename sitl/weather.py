@@ -30,7 +30,8 @@ class Weather:
     roll, pitch, yaw) is then the disturbance's standard deviation. The paper says "filtering a serial of random value
     with a low pass filter (1 Hz cutoff frequency)" (Section IV); that the filter is of first order is a guess.
 
-    The generator is drawn row by row as d (3), n (3), so the block size does not show in the sequences.
+    The generator is drawn row by row as d (3), n (3), so the block size does not show in the sequences. `calm` is true
+    in the stream without disturbance.
     """
 
     def __init__(self, seed: int, bandwidth_hz: float, scale: Vector, sigma: float) -> None:
@@ -42,7 +43,7 @@ class Weather:
 
     def begin(self, stream: int) -> None:
         """Start a stream from its first sample; `CALM` has no disturbance."""
-        self._calm = stream == CALM
+        self.calm = stream == CALM
         self._rng = np.random.default_rng([self._seed, stream])
         self._disturbance = ZERO
         self._rows: list[list[float]] = []
@@ -56,7 +57,7 @@ class Weather:
         w0, w1, w2, n0, n1, n2 = self._rows[self._next]
         self._next += 1
         d = self._disturbance
-        if not self._calm:
+        if not self.calm:
             a = self._pole
             self._disturbance = (a * d[0] + w0, a * d[1] + w1, a * d[2] + w2)
         return d, (n0, n1, n2)

@@ -1,7 +1,7 @@
 """One flight of a campaign: flown to its end in this process, and its row of numbers. Pure."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -11,26 +11,35 @@ from dob_companion.artifact import DobDesign, loads
 from sitl.attitude import Vector
 from sitl.campaign.onboard import Onboard
 from sitl.campaign.plan import Inputs
+from sitl.checks import judge
 from sitl.dynamics import DT, PITCH, ROLL, YAW, Airframe, LinearAirframe, RateAxis
 from sitl.errors import FlightFailedError, SitlError
 from sitl.flight import Flight
+from sitl.gusts import Wind
+from sitl.log import ON_WINDOW
 from sitl.result import summarize
-from sitl.scenario import AXES, Scenario
-from sitl.script import ON_WINDOW, Phase
+from sitl.scenario import Scenario
+from sitl.script import Phase
+from sitl.tables import AXES
 from sitl.vehicle import START_US
 
 PATIENCE_S = 60.0
 """Vehicle time after which a flight that does not reach its hover is given up."""
+
+SPAN_M = 0.9
+"""Wing span that filters the air's rotation where the scenario names none, m: the simulated tail-sitter's."""
+
+CALM_M_S = 0.5
+"""Turbulence is carried past the vehicle by the mean wind: below this there is none."""
 
 Row = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What one flight needs, wherever it is flown: small, and the same number gives the same row.
+    """What one flight needs, wherever it is flown: small, and the same job gives the same row.
 
-    `scale` is the disturbance's standard deviation, normalized torque, roll pitch yaw (see `sitl.calibration`);
-    `design` the text of a design.json.
+    `scale` is the disturbance's size, roll pitch yaw (see `sitl.calibration`); `design` the text of a design.json.
     """
 
     inputs: Inputs
@@ -50,9 +59,16 @@ class Flown:
 
 
 def fly(job: Job) -> Flown:
-    """Fly a job to its end. A vehicle that comes down or numbers that run away are a failure, not an error."""
-    flight = Flight(job.scenario, job.inputs.seed, job.scale, airframe=airframe_of(job.inputs))
-    onboard = Onboard(_design(job.design), job.parameters, job.inputs.delay)
+    """Fly a job to its end. A vehicle that comes down, or numbers that run away, are a failure and not an error."""
+    inputs = job.inputs
+    flight = Flight(
+        scenario_of(job.scenario, inputs),
+        inputs.seed,
+        job.scale,
+        airframe=airframe_of(inputs),
+        delay_samples=max(inputs.delay, 1),
+    )
+    onboard = Onboard(_design(job.design), job.parameters, flight, prompt=inputs.delay == 0)
     try:
         _to_the_end(flight, onboard)
     except (SitlError, ArithmeticError, ValueError) as error:
@@ -64,7 +80,7 @@ def _to_the_end(flight: Flight, onboard: Onboard) -> None:
     script, late_us = flight.script, START_US + round(1e6 * PATIENCE_S)
     while not flight.complete:
         sample, _ = flight.step()
-        onboard.sample(flight, sample)
+        onboard.sample(sample)
         if script.phase is Phase.WAIT_OBSERVER:
             onboard.write("DOB_ENABLE", 1.0)
             script.observer_reported(True)
@@ -72,16 +88,38 @@ def _to_the_end(flight: Flight, onboard: Onboard) -> None:
             raise FlightFailedError(f"hover was not reached within {PATIENCE_S:g} s")
 
 
+def scenario_of(scenario: Scenario, inputs: Inputs) -> Scenario:
+    """The scenario in this flight's wind: the mean, and turbulence as strong as the standard has it for such a wind."""
+    mean = inputs.wind_m_s
+    if mean is None:
+        return scenario
+    own = scenario.wind or Wind(0.0, 0.0, 0.0, SPAN_M)
+    wind = replace(own, mean=mean, turbulence=mean if mean >= CALM_M_S else 0.0)
+    return replace(scenario, airframe=inputs.airframe, wind=wind)
+
+
 def airframe_of(inputs: Inputs) -> Airframe:
     """The airframe with this flight's plant errors."""
-    roll, pitch, yaw = (_with_lag(axis, inputs.pole) for axis in (ROLL, PITCH, YAW))
-    airframe = LinearAirframe((roll, pitch, yaw))
+    airframe = _tailsitter(inputs.pole) if inputs.airframe == "tailsitter" else _linear(inputs.pole)
     airframe.condition.gain = (inputs.gain, inputs.gain, inputs.gain)
     return airframe
 
 
+def _tailsitter(pole: float) -> Airframe:
+    from sitl.tailsitter.airframe import Tailsitter  # compiled when it is first wanted
+    from sitl.tailsitter.parameters import Parameters
+
+    nominal = Parameters()
+    return Tailsitter(replace(nominal, rotor_lag=nominal.rotor_lag / pole))
+
+
+def _linear(pole: float) -> Airframe:
+    roll, pitch, yaw = (_with_lag(axis, pole) for axis in (ROLL, PITCH, YAW))
+    return LinearAirframe((roll, pitch, yaw))
+
+
 def _with_lag(axis: RateAxis, factor: float) -> RateAxis:
-    """Corner frequency of the lag times `factor`; what a steady torque comes to in the end stays the same."""
+    """Corner frequency of the lag times `factor`; the acceleration that a steady torque comes to stays the same."""
     if factor == 1.0:
         return axis
     pole = axis.pole**factor
@@ -109,9 +147,11 @@ def row_of(job: Job, flown: Flown) -> Row:
         return row
     arrays = flown.flight.log.arrays()
     result = summarize(job.scenario, job.inputs.seed, "in-process", arrays)
-    window_on = arrays["window"] == ON_WINDOW
-    correction = np.abs(arrays["correction"][window_on].astype(float))
+    correction = np.abs(arrays["correction"][arrays["window"] == ON_WINDOW].astype(float))
     row |= {"delay_samples": result["delay_samples"], "injecting": float(np.any(correction > 0.0, axis=1).mean())}
+    found = judge(job.scenario.checks, arrays, flown.flight.delay_samples)
+    missed = [verdict.name for verdict in found if not verdict.passed]
+    row |= {"checks": len(found), "checks_failed": len(missed), "reason": "; ".join(missed) or row["reason"]}
     for i, axis in enumerate(AXES):
         numbers = result["axes"][axis]
         row |= {f"{name}_{axis}": numbers[name] for name in MEASURES}

@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 
 from sitl.campaign.pilot import MEASURES, Row
 from sitl.errors import InputError
-from sitl.scenario import AXES
+from sitl.tables import AXES
 
 MOST_PARTS = 64
 """So many parts are joined into one, that a long campaign does not drown its directory in files."""
@@ -32,12 +32,15 @@ SCHEMA = pa.schema(
         ("delay", pa.int32()),
         ("gain", pa.float64()),
         ("pole", pa.float64()),
+        ("wind_m_s", pa.float64()),
         ("outcome", pa.string()),
         ("reason", pa.string()),
         ("state", pa.string()),
         ("flown_s", pa.float64()),
         ("delay_samples", pa.int32()),
         ("injecting", pa.float64()),
+        ("checks", pa.int32()),
+        ("checks_failed", pa.int32()),
         *((f"{name}_{axis}", pa.float64()) for axis in AXES for name in (*MEASURES, "max_correction")),
     ]
 )

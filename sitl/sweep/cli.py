@@ -5,13 +5,13 @@ import sys
 from pathlib import Path
 
 from sitl.errors import SitlError
-from sitl.scenario import AXES
 from sitl.sweep.client import SweepClient
 from sitl.sweep.figure import save_figure
 from sitl.sweep.fit import BAND
 from sitl.sweep.flight import given_link, started_vehicle, sweep
 from sitl.sweep.identify import identify, table, write
 from sitl.sweep.multisine import Plan, excitation
+from sitl.tables import AXES
 
 _EXAMPLE = """\
 example: all three axes of the tail-sitter, results in ./sweep
@@ -21,6 +21,7 @@ example: all three axes of the tail-sitter, results in ./sweep
 _SCENARIO = """\
 # What is swept: a hover in still air.
 title = "Frequency sweep in hover"
+airframe = "{airframe}"
 hover_altitude_m = 5.0
 [gyro]
 noise_dbw = {noise_dbw}

@@ -5,7 +5,7 @@ time enters by `advance` only and serves heartbeats, the ground station's stream
 streams run on vehicle time.
 """
 
-from math import inf
+from math import inf, isfinite
 
 from pymavlink.dialects.v20 import common as mavlink
 
@@ -25,6 +25,7 @@ OBSERVER = (SYSTEM, mavlink.MAV_COMP_ID_ONBOARD_COMPUTER)
 """Who may correct: component 191 of the vehicle's own system."""
 
 HEARTBEAT_S = CALL_S = 1.0
+_ON_ITS_WAY = (Verdict.TAKEN, Verdict.HELD, Verdict.LOST)
 DATAGRAM = 1200
 """Messages are joined into datagrams of at most this many bytes, so the pair of a sample travels as one."""
 
@@ -64,6 +65,10 @@ class Endpoint:
             self._send_pair(self.flight.newest)
 
     def _send_pair(self, sample: Sample) -> None:
+        """A pair that the link loses is never sent, and nobody waits for its answer."""
+        if self.flight.channel.pair_lost:
+            self.newest_answered = True
+            return
         port = self._ports[COMPANION]
         port.send(highres_imu(sample))
         port.send(actuator_control_target(sample))
@@ -119,6 +124,8 @@ class Endpoint:
                 if link == COMPANION and message.name == "DOB_CORR":
                     self._correct(message, message.time_usec, (message.x, message.y, message.z))
                 continue
+            if kind == "DEBUG_FLOAT_ARRAY" and link == COMPANION and message.name == "DOB":
+                self._note_state(message)
             if passes(message, other.heard):
                 other.forward(bytes(message.get_msgbuf()))
             self._handle(kind, message, link, port)
@@ -148,10 +155,16 @@ class Endpoint:
         """An answer of the companion: taken up or ignored, it is an answer to the sample whose stamp it bears."""
         if source_of(message) != OBSERVER:
             return
-        if self.flight.answer(stamp_us, value) is not Verdict.TAKEN:
+        if self.flight.answer(stamp_us, value) not in _ON_ITS_WAY:
             self.ignored += 1
         if stamp_us == self.flight.vehicle.now_us:
             self.newest_answered = True
+
+    def _note_state(self, message: Message) -> None:
+        """What the companion says of itself, for the record."""
+        state = message.data[6]
+        if source_of(message) == OBSERVER and isfinite(state):
+            self.flight.log.state(message.time_usec, int(state))
 
     def _observe(self, message: Message, link: str) -> None:
         if link == COMPANION and source_of(message) == OBSERVER and message.param_id == "DOB_ENABLE":

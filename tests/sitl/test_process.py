@@ -66,6 +66,9 @@ def test_what_a_flight_leaves_behind(tmp_path):
         "disturbance": (n, 3),
         "attitude_error": (n, 3),
         "quaternion": (n, 4),
+        "position": (n, 3),
+        "wind": (n, 3),
+        "moment": (n, 3),
     }
     assert (log["age"][0], set(log["age"][1:])) == (-1, {1})
     np.testing.assert_allclose(np.linalg.norm(log["quaternion"], axis=1), 1.0, atol=1e-12)
