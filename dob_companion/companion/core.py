@@ -120,16 +120,19 @@ class Companion:
         self._blind_sent = 0
         self._close_by = float("inf")
         self._untold = 0
+        self._answered: int | None = None
 
     # The four verbs -------------------------------------------------------------------------------------------
 
     def receive(self, data: bytes, now: float) -> None:
         """Take bytes from the link. Garbage is counted, never raised."""
+        self._follow_up()
         for fact in self._codec.facts(data):
             self._take(fact, now)
 
     def advance(self, now: float) -> None:
-        """Do what is due: heartbeats, requests, and fading when samples have stopped."""
+        """Do what is due: what an answer has left over, heartbeats, requests, and fading when samples have stopped."""
+        self._follow_up()
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + HEARTBEAT_S
             self._each_second(now)
@@ -186,7 +189,7 @@ class Companion:
             loop.gate.delay_median,
             loop.gate.delay.percentile(0.95),
             None if math.isnan(round_trip) else round_trip,
-            (float(loop.d_hat[0]), float(loop.d_hat[1]), float(loop.d_hat[2])),
+            loop.d_hat,
             loop.answer.correction if loop.answer else (0.0, 0.0, 0.0),
             counters.stepped,
             counters.bridged,
@@ -235,10 +238,15 @@ class Companion:
         self._heard_gyro, self._blind_since = now, None
         self._out.append(self._speaker.correction(answer.stamp_us, answer.correction))
         if not repeat:
-            self._tell(sample.stamp_us)
-        self._report()
+            self._answered = sample.stamp_us
 
-    def _tell(self, stamp_us: int) -> None:
+    def _follow_up(self) -> None:
+        """What comes after an answer, when that has left: the loop's own measuring, words, telemetry."""
+        stamp_us, self._answered = self._answered, None
+        if stamp_us is None:
+            return
+        self.loop.follow_up()
+        self._report()
         self._untold += 1
         if self._untold >= TELEMETRY_EVERY:
             self._untold = 0

@@ -6,14 +6,12 @@ No MAVLink and no wall time in here: everything that shapes a correction runs on
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.parameters import Parameters
-from dob_companion.companion.samples import Arrival, Samples
+from dob_companion.companion.samples import Arrival, Inputs, Samples
 from dob_companion.companion.watch import Watch
 from dob_companion.mavlink import AppliedMoment, GyroSample
+from dob_companion.mavlink.facts import Axes3
 from dob_companion.observer import ObserverBank
 from dob_companion.supervisor import (
     Conditions,
@@ -25,8 +23,6 @@ from dob_companion.supervisor import (
     Supervisor,
     Transition,
 )
-
-Vector = NDArray[np.float64]
 
 SETTLING_TIMES = 5.0
 """Slowest modes of the observer that pass before its estimate counts: the zero state is then forgotten to 1 %."""
@@ -44,7 +40,7 @@ class Answer:
     """The correction that answers the gyro sample of `stamp_us`: normalized torque, hover axes."""
 
     stamp_us: int
-    correction: tuple[float, float, float]
+    correction: Axes3
 
 
 class DobLoop:
@@ -52,6 +48,10 @@ class DobLoop:
 
     `gyro` and `moment` take facts as they arrive; `blind` continues a fade when they have stopped. `transitions`
     collects changes of state until they are taken with `take_transitions`.
+
+    An answer is wanted at once, so `gyro` does only what it depends on. `follow_up` does the rest, the measuring of
+    link and plant, when the answer has left; what that finds counts from the next sample on. Who does not call it
+    loses nothing but time: the next fact does.
     """
 
     def __init__(self, design: DobDesign, parameters: Parameters, limits: RegimeLimits | None = None) -> None:
@@ -64,8 +64,9 @@ class DobLoop:
         self.samples = Samples(design.dt)
         self.watch = Watch(design, limits or RegimeLimits())
         self.supervisor = Supervisor()
-        self.shaper = CorrectionShaper(self._mask(parameters), parameters["DOB_GAIN"], parameters["DOB_LIMIT"])
-        self.d_hat: Vector = np.zeros(3)
+        settings = parameters.settings
+        self.shaper = CorrectionShaper(settings.axes, settings.gain, settings.limit)
+        self.d_hat: Axes3 = (0.0, 0.0, 0.0)
         self.answer: Answer | None = None
         self.closing = False
         self._parameters = parameters
@@ -75,6 +76,8 @@ class DobLoop:
         self._fault = ""
         self._data_why = "no samples yet"
         self._samples = 0
+        self._finished: tuple[Inputs, ...] | None = None
+        self._judged: tuple[object, ...] | None = None
         self._now = float("-inf")
         self._transitions: list[Transition] = []
 
@@ -86,7 +89,7 @@ class DobLoop:
     @property
     def why(self) -> str:
         """What speaks against injecting, in words; "" when nothing does."""
-        return next(filter(None, self._reasons().values()), "")
+        return next(filter(None, self._reasons()), "")
 
     @property
     def injecting(self) -> bool:
@@ -100,41 +103,59 @@ class DobLoop:
 
     def gyro(self, sample: GyroSample, now: float) -> Answer | None:
         """Answer a gyro sample; None when it is late and nothing is to be said. `now` (wall, s) ages heartbeats."""
+        if self._finished is not None:
+            self.follow_up()
         self._now = now
         known = self.samples.known(sample.stamp_us)
         if known:  # a repeat is answered as before, a late one not at all
             return self.answer if known is Arrival.REPEAT else None
-        if not all(map(math.isfinite, sample.rates)):
+        if not _finite(sample.rates):
             self.samples.spoil_gyro(sample.stamp_us)
             return self._spoiled(sample.stamp_us, "gyro rate not finite")
-        arrived = self.samples.gyro(sample.stamp_us, np.array(sample.rates))
+        arrived = self.samples.gyro(sample.stamp_us, sample.rates)
         if arrived.arrival is Arrival.RESTART:
             self.gate.clear()
             self._start_anew("vehicle clock jumped back")
         if arrived.arrival is Arrival.GAP:
             self._start_anew("gap in samples" if self.answer else "observer settling")
-        for inputs in arrived.finished:
-            self._observer.advance(inputs.rates, inputs.moment)
-        self.watch.finished(arrived.finished)
+        for rates, moment in arrived.finished:
+            self._observer.advance(rates, moment)
         estimate = self._observer.estimate(arrived.rates)
-        if not all(map(math.isfinite, estimate.tolist())):
+        if not _finite(estimate):
             return self._spoiled(sample.stamp_us, "estimate not finite")
         self.d_hat = estimate
         self._settled += 1
         if self._data_good:
             broken = self.watch.bounds.broken(estimate)
             self._latch(broken if self.injecting else "")
-        self._measure(sample.stamp_us)
         self.answer = self._reply(sample.stamp_us)
-        self.watch.echo.sent(sample.stamp_us, self.answer.correction)
+        self._finished = arrived.finished
         return self.answer
+
+    def follow_up(self) -> None:
+        """What the last answer did not depend on, if that has not been done yet."""
+        finished, answer = self._finished, self.answer
+        if finished is None or answer is None:
+            return
+        self._finished = None
+        self.watch.echo.sent(answer.stamp_us, answer.correction)
+        self.watch.finished(finished)
+        self.gate.rate.add(answer.stamp_us)
+        self._samples += 1
+        if self._samples % JUDGE_EVERY == 0:
+            self.gate.judge(answer.stamp_us)
+            self._latch(self.watch.judge(self.injecting))
 
     def moment(self, applied: AppliedMoment) -> None:
         """Take the applied moment of a sample, whose step it completes, and the age of our part in it."""
-        if not all(map(math.isfinite, applied.moment)):
+        if self._finished is not None:
+            self.follow_up()
+        if not _finite(applied.moment):
             self._fail("applied moment not finite")
             return
-        if self.samples.moment(applied.stamp_us, np.array(applied.moment)):
+        if self.samples.moment(applied.stamp_us, applied.moment):
+            if inputs := self.samples.foreseen():
+                self._observer.foresee(*inputs)
             age = applied.age_samples
             self.gate.delay.add(applied.stamp_us, self.round_trip.delay_samples(self.dt) if math.isnan(age) else age)
             self._latch(self.watch.applied(applied))
@@ -160,59 +181,54 @@ class DobLoop:
 
     def _reply(self, stamp_us: int) -> Answer:
         self._judge()
-        step = min(1.0, self.dt / self._parameters["DOB_RAMP_S"]) if self._parameters["DOB_RAMP_S"] > 0.0 else 1.0
-        self.shaper.move(
-            self.state in (State.RAMP_IN, State.ACTIVE),
-            self._mask(self._parameters),
-            self._parameters["DOB_GAIN"],
-            self._parameters["DOB_LIMIT"],
-            step,
-        )
+        asked, state = self._parameters.settings, self.supervisor.state
+        fade_in = state is State.ACTIVE or state is State.RAMP_IN
+        step = self.dt / asked.ramp_s if asked.ramp_s > self.dt else 1.0
+        self.shaper.move(fade_in, asked.axes, asked.gain, asked.limit, step)
         trusted = self._data_good and not self._fault
         return Answer(stamp_us, self.shaper.shape(self.d_hat) if trusted else self.shaper.hold())
 
     def _judge(self) -> None:
-        reasons = self._reasons()
-        conditions = Conditions(
-            wish=self._wish,
-            fault=bool(self._fault),
-            data=not reasons["data"],
-            link=not reasons["link"],
-            flight=not reasons["flight"],
-            model=not reasons["model"],
-            faded_in=self.shaper.f == 1.0,
-            faded_out=self.shaper.f == 0.0,
-            why=next(filter(None, reasons.values()), ""),
+        reasons, f = self._reasons(), self.shaper.f
+        true_now = (self._wish, reasons, f == 1.0, f == 0.0)
+        if true_now == self._judged:  # the table has no exit for this: it was asked at an earlier sample
+            return
+        fault, data, link, flight, model = reasons
+        change = self.supervisor.judge(
+            Conditions(
+                wish=self._wish,
+                fault=bool(fault),
+                data=not data,
+                link=not link,
+                flight=not flight,
+                model=not model,
+                faded_in=f == 1.0,
+                faded_out=f == 0.0,
+                why=next(filter(None, reasons), ""),
+            )
         )
-        change = self.supervisor.judge(conditions)
+        self._judged = None if change else true_now
         if change:
             self._transitions.append(change)
             self._parameters.publish_state(self.state)
 
-    def _reasons(self) -> dict[str, str]:
-        """What speaks against injecting, by the condition that it breaks, the gravest first; "" for nothing."""
-        return {
-            "fault": self._fault,
-            "data": "" if self._data_good else self._data_why,
-            "link": "" if self.gate.good else self.gate.why,
-            "flight": self.watch.regime.why_not(self._now),
-            "model": self.watch.model_why,
-        }
+    def _reasons(self) -> tuple[str, str, str, str, str]:
+        """What speaks against injecting: fault, data, link, flight, model, the gravest first; "" for nothing."""
+        return (
+            self._fault,
+            "" if self._data_good else self._data_why,
+            "" if self.gate.good else self.gate.why,
+            self.watch.regime.why_not(self._now),
+            self.watch.model_why,
+        )
 
     @property
     def _wish(self) -> bool:
-        return self._parameters["DOB_ENABLE"] == 1.0 and not self.closing
+        return self._parameters.settings.enable and not self.closing
 
     @property
     def _data_good(self) -> bool:
         return self._settled >= self._settling
-
-    def _measure(self, stamp_us: int) -> None:
-        self.gate.rate.add(stamp_us)
-        self._samples += 1
-        if self._samples % JUDGE_EVERY == 0:
-            self.gate.judge(stamp_us)
-            self._latch(self.watch.judge(self.injecting))
 
     def _latch(self, fault: str) -> None:
         """A fault matters, and stays, when the operator wants to inject."""
@@ -234,10 +250,9 @@ class DobLoop:
         self.shaper.drop()
         self._start_anew(why)
         self.samples.spoil()
-        self.d_hat = np.zeros(3)
+        self.d_hat = (0.0, 0.0, 0.0)
         self._latch(why)
 
-    @staticmethod
-    def _mask(parameters: Parameters) -> tuple[bool, bool, bool]:
-        bits = int(parameters["DOB_AXES"])
-        return bool(bits & 1), bool(bits & 2), bool(bits & 4)
+
+def _finite(values: Axes3) -> bool:
+    return math.isfinite(values[0]) and math.isfinite(values[1]) and math.isfinite(values[2])

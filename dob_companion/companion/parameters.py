@@ -37,6 +37,30 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
 _SMALLEST_NORMAL = 1.1754943508222875e-38
 """FLT_MIN of IEEE 754 single precision."""
 
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What the parameters ask of the loop. Axes are roll, pitch, yaw; limit in normalized torque, ramp in s."""
+
+    enable: bool
+    axes: tuple[bool, bool, bool]
+    gain: float
+    limit: float
+    ramp_s: float
+
+    @classmethod
+    def of(cls, values: Mapping[str, float]) -> "Settings":
+        """The values of the table, by name."""
+        bits = int(values["DOB_AXES"])
+        return cls(
+            values["DOB_ENABLE"] == 1.0,
+            (bool(bits & 1), bool(bits & 2), bool(bits & 4)),
+            values["DOB_GAIN"],
+            values["DOB_LIMIT"],
+            values["DOB_RAMP_S"],
+        )
+
+
 _INDEX = {spec.name: index for index, spec in enumerate(PARAMETERS)}
 
 
@@ -45,6 +69,7 @@ class Parameters:
 
     def __init__(self, initial: Mapping[str, float] | None = None) -> None:
         self._values = {spec.name: float(spec.default) for spec in PARAMETERS} | dict(initial or {})
+        self.settings = Settings.of(self._values)
         self.written: Mapping[str, float] = {}
         """What the operator has set and a restart should find again: a new mapping at each write."""
 
@@ -76,6 +101,7 @@ class Parameters:
         if not fits(spec, value):
             return ParamRefusal.VALUE_OUT_OF_RANGE
         self._values[spec.name] = value
+        self.settings = Settings.of(self._values)
         if spec.kept:
             self.written = {**self.written, spec.name: value}
         return None

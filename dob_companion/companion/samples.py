@@ -20,12 +20,11 @@ step. A stamp more than a second older is a clock that has jumped.
 from bisect import insort
 from dataclasses import dataclass
 from enum import Enum
+from itertools import pairwise
 from operator import itemgetter
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-Vector = NDArray[np.float64]
+from dob_companion.mavlink.facts import Axes3
 
 RESTART_US = 1_000_000
 """A stamp this much older than the newest is no late message but a restarted clock."""
@@ -62,21 +61,16 @@ class SampleCounters:
     restarts: int = 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Inputs:
-    """One finished interval of the grid: rates at its begin (rad/s), mean applied moment (normalized torque), (3,)."""
-
-    rates: Vector
-    moment: Vector
+Inputs = tuple[Axes3, Axes3]
+"""One interval of the grid: rates at its begin (rad/s) and mean applied moment (normalized torque)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Arrived:
+class Arrived(NamedTuple):
     """A gyro sample taken in: what it is, the intervals that it completes, and the rates at the newest grid point."""
 
     arrival: Arrival
     finished: tuple[Inputs, ...]
-    rates: Vector
+    rates: Axes3
 
 
 class Samples:
@@ -85,11 +79,12 @@ class Samples:
     def __init__(self, dt: float) -> None:
         self.counters = SampleCounters()
         self._dt_us = 1e6 * dt
+        self._tolerance_us = SNAP * self._dt_us
         self._newest: int | None = None
-        self._rates: Vector = np.zeros(3)
+        self._rates: Axes3 = (0.0, 0.0, 0.0)
         self._grid = 0.0
-        self._grid_rates: Vector = np.zeros(3)
-        self._moments: list[tuple[int, Vector]] = []
+        self._grid_rates: Axes3 = (0.0, 0.0, 0.0)
+        self._moments: list[tuple[int, Axes3]] = []
         self._newest_moment: int | None = None
         self._bridged_last = False
         self._spoilt = False
@@ -99,20 +94,28 @@ class Samples:
         """Stamp of the newest gyro sample; None before the first."""
         return self._newest
 
-    def moment(self, stamp_us: int, moment: Vector) -> bool:
+    def moment(self, stamp_us: int, moment: Axes3) -> bool:
         """Keep the moment that acts from a stamp on. False when it is late (its interval is done) or a repeat."""
         known = any(stamp == stamp_us for stamp, _ in self._moments)
-        if known or (self._newest is not None and stamp_us < self._grid - SNAP * self._dt_us):
+        if known or (self._newest is not None and stamp_us < self._grid - self._tolerance_us):
             self.counters.late += 1
             return False
         previous = self._newest_moment
         one_missing = previous is not None and ONE_MISSING < (stamp_us - previous) / self._dt_us <= GAP
         self.counters.bridged += one_missing and not self._bridged_last  # a lost pair counts once
         self._newest_moment = max(stamp_us, previous or 0)
+        self._forget()
         insort(self._moments, (stamp_us, moment), key=itemgetter(0))
         return True
 
-    def gyro(self, stamp_us: int, rates: Vector) -> Arrived:
+    def foreseen(self) -> Inputs | None:
+        """The next interval, if the next gyro sample completes it on time and brings no other moment with it."""
+        if not self._moments:
+            return None
+        stamp, moment = self._moments[-1]
+        return (self._grid_rates, moment) if abs(stamp - self._grid) <= self._tolerance_us else None
+
+    def gyro(self, stamp_us: int, rates: Axes3) -> Arrived:
         """Take in a gyro sample whose stamp is new (see `known`)."""
         previous = self._newest
         if previous is None:
@@ -150,14 +153,14 @@ class Samples:
         self._newest = stamp_us
         self.spoil()
 
-    def _begin(self, stamp_us: int, rates: Vector, arrival: Arrival) -> Arrived:
+    def _begin(self, stamp_us: int, rates: Axes3, arrival: Arrival) -> Arrived:
         self._newest, self._rates = stamp_us, rates
         self._grid, self._grid_rates = float(stamp_us), rates
         self._moments = [(stamp, moment) for stamp, moment in self._moments if stamp >= stamp_us]
         self._newest_moment, self._bridged_last, self._spoilt = None, False, False
         return Arrived(arrival, (), rates)
 
-    def _finish(self, previous: int, stamp_us: int, rates: Vector) -> tuple[Inputs, ...] | None:
+    def _finish(self, previous: int, stamp_us: int, rates: Axes3) -> tuple[Inputs, ...] | None:
         """The intervals up to `stamp_us`; None when what would be needed for them is missing."""
         interval = (stamp_us - previous) / self._dt_us
         bridged = interval > ONE_MISSING
@@ -168,35 +171,49 @@ class Samples:
             moment = self._mean_moment(self._grid, end)
             if moment is None:
                 return None
-            finished.append(Inputs(self._grid_rates, moment))
+            finished.append((self._grid_rates, moment))
             share = (end - previous) / (stamp_us - previous)
-            self._grid_rates = rates if end == stamp_us else self._rates + share * (rates - self._rates)
+            self._grid_rates = rates if end == stamp_us else _between(self._rates, rates, share)
             self._grid = end
         self._bridged_last = bridged
         self.counters.bridged += bridged
-        self._forget()
         return tuple(finished)
 
     def _next_point(self, stamp_us: int) -> float:
         point = self._grid + self._dt_us
-        return float(stamp_us) if abs(point - stamp_us) <= SNAP * self._dt_us else point
+        return float(stamp_us) if abs(point - stamp_us) <= self._tolerance_us else point
 
-    def _mean_moment(self, begin: float, end: float) -> Vector | None:
+    def _mean_moment(self, begin: float, end: float) -> Axes3 | None:
         """Time mean of the moment over an interval; None when too old a value, or none, acts at its begin."""
-        tolerance = SNAP * self._dt_us
-        acting = [(stamp, moment) for stamp, moment in self._moments if stamp < end - tolerance]
-        first = max((i for i, (stamp, _) in enumerate(acting) if stamp <= begin + tolerance), default=None)
-        if first is None or begin - acting[first][0] > STALE_MOMENT * self._dt_us:
+        at_begin, before_end = begin + self._tolerance_us, end - self._tolerance_us
+        pieces: list[tuple[int, Axes3]] = []
+        for piece in self._moments:  # in order of their stamps
+            if piece[0] <= at_begin:
+                pieces = [piece]
+            elif pieces and piece[0] < before_end:
+                pieces.append(piece)
+        if not pieces or begin - pieces[0][0] > STALE_MOMENT * self._dt_us:
             return None
-        pieces = acting[first:]
-        if len(pieces) == 1:
-            return pieces[0][1]
-        edges = [begin, *(float(stamp) for stamp, _ in pieces[1:]), end]
-        mean: Vector = np.diff(edges) @ np.array([moment for _, moment in pieces]) / (end - begin)
-        return mean
+        return pieces[0][1] if len(pieces) == 1 else _mean(pieces, begin, end)
 
     def _forget(self) -> None:
         """Drop the moments that no later interval can need."""
-        limit = self._grid + SNAP * self._dt_us
+        limit = self._grid + self._tolerance_us
         acting = sum(stamp <= limit for stamp, _ in self._moments)
         del self._moments[: max(0, acting - 1)]
+
+
+def _between(before: Axes3, after: Axes3, share: float) -> Axes3:
+    """The point on the line from `before` (share 0) to `after` (share 1)."""
+    roll, pitch, yaw = (a + share * (b - a) for a, b in zip(before, after, strict=True))
+    return roll, pitch, yaw
+
+
+def _mean(pieces: list[tuple[int, Axes3]], begin: float, end: float) -> Axes3:
+    """Time mean over begin…end of values that act from their stamps on, the first of them from `begin`."""
+    edges = [begin, *(float(stamp) for stamp, _ in pieces[1:]), end]
+    shares = [(after - before) / (end - begin) for before, after in pairwise(edges)]
+    roll, pitch, yaw = (
+        sum(share * moment[axis] for share, (_, moment) in zip(shares, pieces, strict=True)) for axis in range(3)
+    )
+    return roll, pitch, yaw

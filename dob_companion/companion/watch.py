@@ -1,8 +1,5 @@
 """What is watched beside the samples: the aircraft, the axes, the plant, and our own correction coming back."""
 
-import numpy as np
-from numpy.typing import NDArray
-
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.samples import Inputs
 from dob_companion.mavlink import AppliedMoment, FlightState
@@ -16,8 +13,6 @@ from dob_companion.supervisor import (
     RegimeLimits,
     Saturation,
 )
-
-Vector = NDArray[np.float64]
 
 _LANDED_STATES = {1: Air.ON_GROUND, 2: Air.IN_AIR, 3: Air.CHANGING, 4: Air.CHANGING}
 
@@ -53,9 +48,9 @@ class Watch:
         self._saturation.add(moment.moment)
         injected = any(moment.correction)
         for inputs in self._due:
-            self._innovation.add(inputs.rates, inputs.moment)
+            self._innovation.add(*inputs)
             if not injected:  # the check is about the controller's own moment
-                self.axes.add(inputs.rates, inputs.moment)
+                self.axes.add(*inputs)
         self._due.clear()
         foreign = self.echo.foreign(moment.stamp_us, moment.age_samples, moment.moment, moment.correction)
         return "corrections come back changed" if foreign else ""

@@ -1,7 +1,7 @@
 """Bytes from the link to facts. Garbage never raises: it is counted and dropped."""
 
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,14 +71,15 @@ class Codec:
         self._datagrams = datagrams
         self._parser = _parser()
 
-    def facts(self, data: bytes) -> Iterator[Fact]:
+    def facts(self, data: bytes) -> Iterable[Fact]:
         """The facts in `data`: one datagram, or any piece of a byte stream."""
         frame = read_frame(data, _AT_FULL_RATE) if self._parser.buf_len() == 0 else None
-        if frame is not None:
-            fact = self._at_full_rate(*frame)
-            if fact is not None:
-                yield fact
-            return
+        if frame is None:
+            return self._parsed(data)
+        fact = self._at_full_rate(*frame)
+        return () if fact is None else (fact,)
+
+    def _parsed(self, data: bytes) -> Iterator[Fact]:
         for message in self._messages(data):
             read = _READERS.get(message.get_msgId())
             fact = read(self, message) if read else None

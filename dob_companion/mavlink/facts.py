@@ -1,6 +1,7 @@
 """What the companion takes from the wire, without a trace of MAVLink. Stamps µs of the vehicle's clock."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 Axes3 = tuple[float, float, float]
 """Roll, pitch, yaw in hover axes."""
@@ -14,8 +15,7 @@ class Sender:
     component: int
 
 
-@dataclass(frozen=True, slots=True)
-class GyroSample:
+class GyroSample(NamedTuple):
     """y_n(k): body rates in rad/s, measured at `stamp_us`. May be non-finite: the reader must look."""
 
     stamp_us: int

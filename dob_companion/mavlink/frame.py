@@ -1,12 +1,22 @@
 """MAVLink 2 frames of the messages that pass at the full rate, without an object for each: what costs pymavlink tens of
 microseconds is a checksum and one unpacking. Whatever is not plainly such a frame is left to pymavlink."""
 
+from collections.abc import Callable
 from typing import Any
 
 from pymavlink.dialects.v20 import common as mav
 
 _START = 0xFD
 _HEADER, _CRC = 10, 2
+_EXTRA = [bytes((extra,)) for extra in range(256)]
+
+
+def _by_pymavlink(covered: bytes) -> int:
+    return int(mav.x25crc(covered).crc)
+
+
+_crc: Callable[[bytes], int] = mav.mcrf4xx or _by_pymavlink
+"""CRC-16/MCRF4XX: in native code where pymavlink has it."""
 
 
 def read_frame(data: bytes, known: dict[int, Any]) -> tuple[int, int, int, tuple[Any, ...]] | None:
@@ -16,7 +26,7 @@ def read_frame(data: bytes, known: dict[int, Any]) -> tuple[int, int, int, tuple
         return None
     number = data[7] | data[8] << 8 | data[9] << 16
     layout = known.get(number)
-    if layout is None or _checksum(data[1:-2], layout.crc_extra) != data[-2] | data[-1] << 8:
+    if layout is None or _crc(data[1:-2] + _EXTRA[layout.crc_extra]) != data[-2] | data[-1] << 8:
         return None
     size = layout.unpacker.size
     payload = data[_HEADER:-_CRC]
@@ -34,8 +44,4 @@ def write_frame(layout: Any, sequence: int, system: int, component: int, *fields
         (_START, len(payload), 0, 0, sequence, system, component, number & 0xFF, number >> 8 & 0xFF, number >> 16)
     )
     frame += payload
-    return frame + _checksum(frame[1:], layout.crc_extra).to_bytes(2, "little")
-
-
-def _checksum(covered: bytes, crc_extra: int) -> int:
-    return int(mav.x25crc(covered + bytes((crc_extra,))).crc)
+    return frame + _crc(frame[1:] + _EXTRA[layout.crc_extra]).to_bytes(2, "little")

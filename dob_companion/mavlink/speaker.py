@@ -15,6 +15,7 @@ from dob_companion.mavlink.ftp import refusal
 CORRECTION_MESSAGES = ("DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET")
 """The carriers of a correction, by their MAVLink names; the first is the default."""
 
+_CORRECTION_NAME = CORRECTION_NAME.encode()
 _ONE_BYTE_UNKNOWN, _TEMPERATURE_UNKNOWN, _LINK_UNKNOWN = 255, 127, 0xFFFFFFFF
 
 
@@ -93,7 +94,7 @@ class Speaker:
         """The answer to the gyro sample of `stamp_us`: roll, pitch, yaw moment to add, normalized torque."""
         x, y, z = correction
         if self._as_debug_vect:
-            return self._write(mav.MAVLink_debug_vect_message, stamp_us, x, y, z, CORRECTION_NAME.encode())
+            return self._write(mav.MAVLink_debug_vect_message, stamp_us, x, y, z, _CORRECTION_NAME)
         controls = (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0)
         return self._pack(
             mav.MAVLink_set_actuator_control_target_message(

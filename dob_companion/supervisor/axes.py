@@ -15,6 +15,7 @@ It cannot see an error that moment and rate share, nor the true gain of the plan
 """
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,9 +54,9 @@ class AxisCheck:
         self._products = np.zeros((6, 6))
         self._samples = 0
 
-    def add(self, y_n: Vector, u: Vector) -> None:
-        """One sample: rates (rad/s) and the controller's own moment, correction excluded (normalized torque), (3,)."""
-        inputs = np.concatenate((u, y_n))
+    def add(self, y_n: Iterable[float], u: Iterable[float]) -> None:
+        """One sample: rates (rad/s) and the controller's own moment, correction excluded (normalized torque)."""
+        inputs = np.array((*u, *y_n))
         pair = self._model.C @ self._x + self._model.D @ inputs
         self._x = self._model.A @ self._x + self._model.B @ inputs
         self._products *= self._forget

@@ -3,12 +3,8 @@
 In plain numbers: at three values each, arrays would cost several times as much.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
-Vector = NDArray[np.float64]
 Axes3 = tuple[float, float, float]
 
 
@@ -26,7 +22,7 @@ class CorrectionShaper:
 
     def __init__(self, mask: Sequence[bool], gain: float, limit: float) -> None:
         self.f = 0.0
-        self.a = _three(map(float, mask))
+        self.a: Axes3 = (float(mask[0]), float(mask[1]), float(mask[2]))
         self.g = gain
         self._limit = limit
         self._held: Axes3 = (0.0, 0.0, 0.0)
@@ -35,17 +31,21 @@ class CorrectionShaper:
     def move(self, fade_in: bool, mask: Sequence[bool], gain: float, limit: float, step: float) -> None:
         """Advance one sample: f towards 1 or 0, a, g and limit towards their settings, each by at most `step`."""
         self.f = _towards(self.f, 1.0 if fade_in else 0.0, step)
-        self.a = _three(a + _clip(float(to) - a, step) for a, to in zip(self.a, mask, strict=True))
+        roll, pitch, yaw = self.a
+        self.a = _towards(roll, mask[0], step), _towards(pitch, mask[1], step), _towards(yaw, mask[2], step)
         self.g = _towards(self.g, gain, step)
         self._limit = _towards(self._limit, limit, step)
         if self.f == 0.0:
             self._holding = False
 
-    def shape(self, d_hat: Vector) -> Axes3:
-        """The correction for a fresh, finite estimate, shape (3,)."""
+    def shape(self, d_hat: Axes3) -> Axes3:
+        """The correction for a fresh, finite estimate."""
         if not self._holding:
-            self._held = _three(
-                a * _clip(-self.g * d, self._limit) for a, d in zip(self.a, d_hat.tolist(), strict=True)
+            (roll, pitch, yaw), g, limit = self.a, self.g, self._limit
+            self._held = (
+                roll * _clip(-g * d_hat[0], limit),
+                pitch * _clip(-g * d_hat[1], limit),
+                yaw * _clip(-g * d_hat[2], limit),
             )
         return self._faded()
 
@@ -60,17 +60,19 @@ class CorrectionShaper:
         self._held = (0.0, 0.0, 0.0)
 
     def _faded(self) -> Axes3:
-        return _three(self.f * held + 0.0 for held in self._held) if self.f > 0.0 else (0.0, 0.0, 0.0)
+        if self.f == 0.0:
+            return 0.0, 0.0, 0.0
+        f, (roll, pitch, yaw) = self.f, self._held
+        return f * roll + 0.0, f * pitch + 0.0, f * yaw + 0.0  # never -0.0
 
 
 def _towards(value: float, target: float, step: float) -> float:
-    return min(value + step, target) if value < target else max(value - step, target)
+    if value == target:
+        return value
+    return min(value + step, float(target)) if value < target else max(value - step, float(target))
 
 
 def _clip(value: float, limit: float) -> float:
-    return min(max(value, -limit), limit)
-
-
-def _three(values: Iterable[float]) -> Axes3:
-    roll, pitch, yaw = values
-    return roll, pitch, yaw
+    if value > limit:
+        return limit
+    return value if value > -limit else -limit

@@ -46,15 +46,15 @@ class EstimateBounds:
 
     def clear(self) -> None:
         """The estimate starts anew."""
-        self._previous: list[float] | None = None
+        self._previous: Axes3 | None = None
         self._beyond = 0
 
-    def broken(self, d_hat: Vector) -> str:
+    def broken(self, d_hat: Axes3) -> str:
         """What is impossible about this estimate, in words; "" when nothing is."""
-        now: list[float] = d_hat.tolist()
-        before, self._previous = self._previous or now, now
-        jump = max(abs(a - b) for a, b in zip(now, before, strict=True))
-        largest = max(map(abs, now))
+        (roll, pitch, yaw), before = d_hat, self._previous or d_hat
+        self._previous = d_hat
+        jump = max(abs(roll - before[0]), abs(pitch - before[1]), abs(yaw - before[2]))
+        largest = max(abs(roll), abs(pitch), abs(yaw))
         self._beyond = self._beyond + 1 if largest > LARGEST_ESTIMATE else 0
         if jump > LARGEST_JUMP:
             return f"estimate jumped by {jump:.2g}"
@@ -111,9 +111,9 @@ class Innovation:
         self._x[:] = 0.0
         self._recent[:] = 0.0
 
-    def add(self, y_n: Vector, u_e: Vector) -> None:
-        """One sample: rates (rad/s) and applied moment (normalized torque), (3,)."""
-        inputs = np.concatenate((u_e, y_n))
+    def add(self, y_n: Axes3, u_e: Axes3) -> None:
+        """One sample: rates (rad/s) and applied moment (normalized torque)."""
+        inputs = np.array((*u_e, *y_n))
         self._recent[self._at] = self._C @ self._x + self._D @ inputs
         self._x = self._A @ self._x + self._B @ inputs
         self._at = (self._at + 1) % len(self._recent)

@@ -1,6 +1,5 @@
 """Whether the aircraft is where the plant model holds: armed, in the air, in multicopter mode, alone, not killed."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -75,19 +74,22 @@ class FlightRegime:
 
     def why_not(self, now: float) -> str:
         """What speaks against injecting; "" when nothing does. `now` in wall time, s."""
-        reasons: tuple[tuple[bool, Callable[[], str]], ...] = (
-            (self._killed, lambda: f"killed by RC channel {self._limits.kill_channel}"),
-            (bool(self._strangers), lambda: f"another controller on the link: {_names(self._strangers)}"),
-            (now - self._heard > HEARTBEAT_PATIENCE_S, lambda: "no heartbeat of the autopilot"),
-            (not self._armed, lambda: "not armed"),
-            (self._air in (Air.ON_GROUND, Air.CHANGING), lambda: self._air.value),
-            (self._forward, lambda: "not in multicopter mode"),
-            (
-                not self._throttle >= self._limits.throttle_floor,
-                lambda: f"throttle below {self._limits.throttle_floor:g}",
-            ),
-        )
-        return next((words() for holds, words in reasons if holds), "")
+        why = ""
+        if self._killed:
+            why = f"killed by RC channel {self._limits.kill_channel}"
+        elif self._strangers:
+            why = f"another controller on the link: {_names(self._strangers)}"
+        elif now - self._heard > HEARTBEAT_PATIENCE_S:
+            why = "no heartbeat of the autopilot"
+        elif not self._armed:
+            why = "not armed"
+        elif self._air is Air.ON_GROUND or self._air is Air.CHANGING:
+            why = str(self._air.value)
+        elif self._forward:
+            why = "not in multicopter mode"
+        elif not self._throttle >= self._limits.throttle_floor:  # nor when it is not a number
+            why = f"throttle below {self._limits.throttle_floor:g}"
+        return why
 
 
 def _names(strangers: set[tuple[int, int]]) -> str:
