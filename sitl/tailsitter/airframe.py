@@ -9,15 +9,12 @@ from sitl.condition import Condition
 from sitl.dynamics import DT
 from sitl.mixer import Mixer
 from sitl.surroundings import Surroundings
-from sitl.tailsitter.body import sample
+from sitl.tailsitter.body import STEPS, sample, workspace
 from sitl.tailsitter.layout import INPUTS, OUTPUTS, QUATERNION, RATE, STATES
 from sitl.tailsitter.parameters import Parameters
-from sitl.tailsitter.trim import hover_thrust
+from sitl.tailsitter.trim import trim
 from sitl.tailsitter.tuning import ALTITUDE_INTEGRAL, RATE_PIDS
 from sitl.tuning import Tuning
-
-STEPS = 4
-"""Runge–Kutta steps of a sample after the delay: 0.87 ms each, a tenth of the fastest mode's time constant."""
 
 _PACK = struct.Struct(f"{INPUTS}d")
 _NO_AXIS = -1.0
@@ -33,13 +30,13 @@ class Tailsitter:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = p = parameters or Parameters()
         self.condition = Condition()
-        self.tuning = Tuning(RATE_PIDS, hover_thrust(p), ALTITUDE_INTEGRAL, position_hold=True)
+        self.tuning = Tuning(RATE_PIDS, trim(p).thrust, ALTITUDE_INTEGRAL, position_hold=True)
         self._params = p.record()
         self._mixer = Mixer(p.mixer_share, p.idle, 1.0)
         self._buffer = bytearray(_PACK.size)
         self._inputs = np.frombuffer(self._buffer)
         self._before = np.zeros(7)
-        self._work = np.zeros((7, max(STATES, INPUTS)))
+        self._work = workspace()
         self._sensed = np.zeros(OUTPUTS)
         self.state = np.zeros(STATES)
         self.state[QUATERNION] = 1.0

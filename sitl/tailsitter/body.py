@@ -8,6 +8,9 @@ adds to their inflow is not in (11), whose integrator shows none).
 from math import sqrt
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sitl.tailsitter.battery import battery
 from sitl.tailsitter.compiled import compiled
 from sitl.tailsitter.flexible import flex
@@ -22,6 +25,7 @@ from sitl.tailsitter.layout import (
     FORCE,
     GAIN,
     HELD,
+    INPUTS,
     MOMENT,
     PAYLOAD,
     POSITION,
@@ -42,6 +46,14 @@ from sitl.tailsitter.layout import (
 )
 from sitl.tailsitter.rotors import coefficient, ground_factor, slipstream, wall_factor
 from sitl.tailsitter.wing import panel
+
+STEPS = 4
+"""Runge–Kutta steps of a sample after the delay: 0.87 ms each, two fifths of the fastest mode's time constant."""
+
+
+def workspace() -> NDArray[np.float64]:
+    """Scratch for `derivative`, `step` and `sample`; shape (7, 30)."""
+    return np.zeros((7, max(STATES, INPUTS)))
 
 
 @compiled
