@@ -2,7 +2,7 @@
 
 import sys
 
-from sitl.campaign.cli import main
+if __name__ == "__main__":  # worker processes import this module again, and need nothing of it
+    from sitl.campaign.cli import main
 
-if __name__ == "__main__":  # worker processes import this module again
     sys.exit(main())

@@ -57,7 +57,7 @@ def distribution(groups: Groups, measure: str, title: str, share: str) -> str:
     with mpl.rc_context(_STYLE):
         figure, panels = _panels(height)
         for axes, axis in zip(panels, AXES, strict=True):
-            samples = [np.sort([row[f"{measure}_{axis}"] for row in rows]) for _, rows in groups]
+            samples = [_numbers(rows, f"{measure}_{axis}") for _, rows in groups]
             if few:
                 _curves(axes, groups, samples)
             else:
@@ -76,7 +76,9 @@ def scatter(groups: Groups, name: str, title: str) -> str:
         figure, panels = _panels(300)
         for axes, axis in zip(panels, AXES, strict=True):
             for i, (label, rows) in enumerate(groups):
-                x, y = ([row[key] for row in rows] for key in (name, f"rms_ratio_{axis}"))
+                key = f"rms_ratio_{axis}"
+                shown = [row for row in rows if row[key] is not None]
+                x, y = [row[name] for row in shown], [row[key] for row in shown]
                 axes.plot(x, y, "o", ms=3.0, mew=0, alpha=0.7, color=COLOURS[i % len(COLOURS)], label=label)
             axes.set_title(axis, loc="left", fontsize=11.5)
             axes.set_ylim(bottom=0.0)
@@ -87,6 +89,10 @@ def scatter(groups: Groups, name: str, title: str) -> str:
         return _svg(figure, f"RMS off / on over {title}, by axis")
 
 
+def _numbers(rows: list[Row], column: str) -> np.ndarray:
+    return np.sort([row[column] for row in rows if row[column] is not None])
+
+
 def _panels(height: float) -> tuple[Figure, list[Axes]]:
     figure = Figure(figsize=(1100 / 72, height / 72), dpi=72, layout="constrained")
     FigureCanvasSVG(figure)
@@ -95,13 +101,16 @@ def _panels(height: float) -> tuple[Figure, list[Axes]]:
 
 def _curves(axes: Axes, groups: Groups, samples: list[np.ndarray]) -> None:
     for i, ((label, _), x) in enumerate(zip(groups, samples, strict=True)):
-        axes.ecdf(x, color=COLOURS[i], lw=1.6, label=label)
+        if len(x):
+            axes.ecdf(x, color=COLOURS[i], lw=1.6, label=label)
     axes.set_ylim(0.0, 1.0)
 
 
 def _bars(axes: Axes, groups: Groups, samples: list[np.ndarray], named: bool) -> None:
     """5 to 95 % thin, quartiles thick, the median a dot."""
     for i, x in enumerate(samples):
+        if not len(x):
+            continue
         p5, p25, median, p75, p95 = np.percentile(x, (5, 25, 50, 75, 95))
         axes.plot((p5, p95), (i, i), color=COLOURS[0], lw=1.0)
         axes.plot((p25, p75), (i, i), color=COLOURS[0], lw=4.0, solid_capstyle="butt")

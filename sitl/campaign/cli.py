@@ -11,13 +11,13 @@ from typing import Any
 
 from sitl.campaign import fleet
 from sitl.campaign.directory import Directory, begun, opened
-from sitl.campaign.keys import AIRFRAMES, KEYS, read
-from sitl.campaign.page import write_page
+from sitl.campaign.keys import read
 from sitl.campaign.pilot import Row, fly, row_of
 from sitl.campaign.progress import Progress
 from sitl.campaign.summary import summarize, table
 from sitl.errors import InputError, SitlError
 from sitl.result import write
+from sitl.scenario import AIRFRAMES
 
 _EXAMPLE = """\
 examples:
@@ -46,10 +46,11 @@ def parser() -> argparse.ArgumentParser:
     add("--designs", type=_words, metavar="[NAME=]FILE,…", help="design.json files")
     add("--seeds", type=int, metavar="N", help="how many (100)")
     add("--first-seed", type=int, metavar="N", help="and from which on (1)")
-    add("--airframes", type=_words, metavar="NAME,…", help=f"of {', '.join(AIRFRAMES)} ({KEYS['airframes'][0]})")
-    add("--delays", type=_numbers, metavar="N,…", help="ages of a correction when it acts, samples (1)")
+    add("--airframes", type=_words, metavar="NAME,…", help=f"of {', '.join(AIRFRAMES)} (the scenario's)")
+    add("--delays", type=_numbers, metavar="N,…", help="ages of a correction when it acts, samples; 0: no link (1)")
     add("--gain", type=_values, metavar="X,… or A..B", help="factors on the plant's gain; A..B draws one a seed (1)")
     add("--pole", type=_values, metavar="X,… or A..B", help="likewise, on the corner frequency of its lag (1)")
+    add("--wind-m-s", type=_values, metavar="X,… or A..B", help="mean wind with its turbulence (the scenario's)")
     add("--parameters", type=_settings, metavar="NAME=X,…", help="the companion's, such as DOB_LIMIT=0.2")
     add("--processes", type=_positive, default=os.cpu_count(), metavar="N", help="on this computer (%(default)s)")
     add("--scheduler", metavar="ADDRESS", help="of a Dask cluster, to fly there instead")
@@ -66,7 +67,14 @@ def replay_parser() -> argparse.ArgumentParser:
     )
     p.add_argument("campaign", type=Path, metavar="DIR", help="the campaign's directory")
     p.add_argument("--flight", type=int, required=True, metavar="N", help="number of the flight, from 0")
-    p.add_argument("-o", dest="directory", type=Path, required=True, metavar="OUT", help="for flight.npz, result.json")
+    p.add_argument(
+        "-o",
+        dest="directory",
+        type=Path,
+        required=True,
+        metavar="OUT",
+        help="result.json, flight.npz, figure.png go here",
+    )
     p.add_argument("--json", action="store_true", help="print the row as JSON")
     return p
 
@@ -91,14 +99,16 @@ def _campaign(options: argparse.Namespace) -> int:
     with begun(options.directory, campaign) as directory:
         _fly(directory, options)
         rows = directory.store.table().to_pylist()
+        from sitl.campaign.page import write_page  # matplotlib takes its time
+
         write_page(directory, rows)
     summary = summarize(directory, rows)
     print(json.dumps(summary, indent=2) if options.json else table(summary))
     _say(f"{options.directory / 'index.html'}")
-    failed = summary["failed"]
-    if failed:
-        _say(f"{failed} of {summary['flights']} flights did not reach their end")
-    return 1 if failed else 0
+    failed, missed = summary["failed"], summary["missed"]
+    if failed or missed:
+        _say(f"of {summary['flights']} flights {failed} did not reach their end and {missed} missed a check")
+    return 1 if failed or missed else 0
 
 
 def _fly(directory: Directory, options: argparse.Namespace) -> None:
@@ -145,7 +155,7 @@ def _replay(options: argparse.Namespace) -> int:
     job = directory.job(directory.flights[options.flight])
     flown = fly(job)
     row = row_of(job, flown)
-    write(flown.flight, "in-process", options.directory)
+    write(flown.flight, "in-process", options.directory, drawn=True)
     print(json.dumps(row, indent=2) if options.json else "\n".join(f"{name:22} {row[name]}" for name in row))
     if flown.failure:
         _say(flown.failure)

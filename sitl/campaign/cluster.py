@@ -29,7 +29,7 @@ def cluster(jobs: Iterable[Job], address: str, say: Callable[[str], None]) -> It
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a lost worker is ours to report
     connect: Any = distributed.Client
     try:
-        client = connect(address, timeout=CONNECT_S, set_as_default=False)
+        client = connect(address, timeout=CONNECT_S)
     except (OSError, ValueError) as error:
         raise InputError(f"--scheduler {address}: no Dask scheduler answers: {error}") from None
     with client:

@@ -27,7 +27,7 @@ SCHEMA = "dob-companion/campaign/1"
 class Directory:
     """An open campaign: what it flies, how strong its disturbance is, and its rows.
 
-    `scale` is the disturbance's standard deviation by airframe, normalized torque: found once, by flying the first seed
+    `scale` is the disturbance's size by airframe (see `sitl.calibration`): found once, by flying the first seed
     without plant errors, so that every flight of a campaign meets weather of the same strength.
     """
 
@@ -79,7 +79,7 @@ def opened(path: Path) -> Directory:
     file = path / "campaign.json"
     try:
         content = json.loads(file.read_text("utf-8"))
-        keys, scale = dict(content["campaign"]), content["disturbance_rms"]
+        keys, scale = dict(content["campaign"]), content["disturbance"]
         scale = {name: (float(v["roll"]), float(v["pitch"]), float(v["yaw"])) for name, v in scale.items()}
         if content["schema"] != SCHEMA:
             raise ValueError
@@ -94,7 +94,10 @@ def opened(path: Path) -> Directory:
 def _begin(path: Path, campaign: Campaign, scenario: Scenario) -> None:
     if {entry.name for entry in path.iterdir()} - {"scenario", "designs"}:  # these two may be of a begin cut short
         raise InputError(f"-o {path}: holds other files; expected a new directory, or one of this campaign")
-    scale = {name: disturbance_scale(scenario, campaign.first_seed) for name in campaign.airframes}
+    scale = {
+        name: disturbance_scale(dataclasses.replace(scenario, airframe=name), campaign.first_seed)
+        for name in campaign.airframes
+    }
     for folder in ("scenario", "designs"):
         (path / folder).mkdir(exist_ok=True)
     replace(path / "scenario" / f"{scenario.name}.toml", _file_of(campaign.scenario).read_bytes())
@@ -105,7 +108,7 @@ def _begin(path: Path, campaign: Campaign, scenario: Scenario) -> None:
         "generator": f"dob-companion {__version__}",
         "flights": len(campaign.flights()),
         "campaign": _content(campaign),
-        "disturbance_rms": {k: dict(zip(("roll", "pitch", "yaw"), v, strict=True)) for k, v in scale.items()},
+        "disturbance": {k: dict(zip(("roll", "pitch", "yaw"), v, strict=True)) for k, v in scale.items()},
         "sha256": {name: sha256(text.encode()).hexdigest() for name, text in campaign.designs.items()},
     }
     replace(path / "campaign.json", (json.dumps(content, indent=2) + "\n").encode())
@@ -123,7 +126,7 @@ def _content(campaign: Campaign) -> dict[str, Any]:
         "gain": _plain(campaign.gain),
         "pole": _plain(campaign.pole),
         "parameters": dict(campaign.parameters),
-    }
+    } | ({"wind_m_s": _plain(campaign.wind_m_s)} if campaign.wind_m_s else {})
 
 
 def _plain(values: Values) -> object:

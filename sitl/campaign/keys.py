@@ -14,11 +14,10 @@ from dob_companion.errors import InputError as CompanionInputError
 from sitl.campaign.plan import Between, Campaign, Values
 from sitl.dynamics import DT
 from sitl.errors import InputError
+from sitl.scenario import AIRFRAMES, load
 
-AIRFRAMES = ("linear",)
-
-LONGEST_DELAY = 25
-"""Samples of link delay, 0.1 s: later the vehicle itself begins to fade a correction."""
+LONGEST_DELAY = 20
+"""Samples of link delay, as for `python -m sitl --delay`."""
 
 
 def read(path: Path | None, options: Mapping[str, Any]) -> Campaign:
@@ -47,11 +46,21 @@ def checked(content: Mapping[str, Any], path: Path | None, options: Mapping[str,
     values = {}
     for key, (default, check) in KEYS.items():
         optional = path is None or options.get(key) is not None
-        where = f"--{key.replace('_', '-')}" if optional else f"{path}: {key}"
         base = Path() if optional or path is None else path.parent
         value = options.get(key)
-        values[key] = check(where, base, content.get(key, default) if value is None else value)
+        found = content.get(key, default) if value is None else value
+        values[key] = check(_where(key, path, options), base, found)
+    if not values["airframes"]:
+        values["airframes"] = (load(values["scenario"]).airframe,)
+    if values["wind_m_s"] and "linear" in values["airframes"]:
+        raise InputError(f"{_where('wind_m_s', path, options)}: the linear airframe feels no wind; expected tailsitter")
     return Campaign(**values)
+
+
+def _where(key: str, path: Path | None, options: Mapping[str, Any]) -> str:
+    """How an error begins: with the option, or with file and key."""
+    optional = path is None or options.get(key) is not None
+    return f"--{key.replace('_', '-')}" if optional else f"{path}: {key}"
 
 
 def _scenario(where: str, base: Path, value: Any) -> str:
@@ -99,8 +108,8 @@ def _whole(low: int, high: int) -> Callable[[str, Path, Any], int]:
 
 def _several(what: str, fits: Callable[[Any], bool]) -> Callable[[str, Path, Any], tuple[Any, ...]]:
     def check(where: str, _: Path, value: Any) -> tuple[Any, ...]:
-        found = value if isinstance(value, list) else [value]
-        if not found or not all(fits(v) for v in found) or len(set(found)) != len(found):
+        found = value if isinstance(value, list) else [] if value is None else [value]
+        if (value is not None and not found) or not all(fits(v) for v in found) or len(set(found)) != len(found):
             raise InputError(f"{where}: is {value!r}, expected {what}")
         return tuple(found)
 
@@ -117,8 +126,12 @@ def _numbers(low: float, high: float) -> Callable[[str, Path, Any], Values]:
             ends = value["from"], value["to"]
             if all(_number(v, low, high) for v in ends) and ends[0] < ends[1]:
                 return Between(float(ends[0]), float(ends[1]))
-        found = value if isinstance(value, list) else [value]
-        if not found or not all(_number(v, low, high) for v in found) or len(set(found)) != len(found):
+        found = value if isinstance(value, list) else [] if value is None else [value]
+        if (
+            (value is not None and not found)
+            or not all(_number(v, low, high) for v in found)
+            or len(set(found)) != len(found)
+        ):
             kind = "different numbers, or { from = …, to = … },"
             raise InputError(f"{where}: is {value!r}, expected {kind} from {low:g} to {high:g}")
         return tuple(map(float, found))
@@ -146,16 +159,17 @@ KEYS: dict[str, tuple[Any, Callable[[str, Path, Any], Any]]] = {
     "designs": (None, _designs),
     "seeds": (100, _whole(1, 10_000_000)),
     "first_seed": (1, _whole(0, 2**32 - 1)),
-    "airframes": ("linear", _several(f"different ones of {', '.join(AIRFRAMES)}", lambda v: v in AIRFRAMES)),
+    "airframes": (None, _several(f"different ones of {', '.join(AIRFRAMES)}", lambda v: v in AIRFRAMES)),
     "delays": (
         1,
         _several(
-            f"different whole numbers from 1 to {LONGEST_DELAY}",
-            lambda v: isinstance(v, int) and not isinstance(v, bool) and 1 <= v <= LONGEST_DELAY,
+            f"different whole numbers from 0 to {LONGEST_DELAY}",
+            lambda v: isinstance(v, int) and not isinstance(v, bool) and 0 <= v <= LONGEST_DELAY,
         ),
     ),
     "gain": (1.0, _numbers(0.05, 20.0)),
     "pole": (1.0, _numbers(0.05, 20.0)),
+    "wind_m_s": (None, _numbers(0.0, 30.0)),
     "parameters": ({}, _parameters),
 }
 """Every key of a campaign file with its default and its check; the options have the same names."""

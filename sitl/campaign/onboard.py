@@ -1,45 +1,48 @@
 """The companion on board, fed with values: what `dob_companion.companion.Companion` does to bytes, without bytes.
 
 The loop that decides each correction is the daemon's own (`DobLoop`); here is only what stands around it on a link: the
-facts in the order of the wire, rounded to the wire's single precision, and the answer held for the link's delay.
+facts in the order of the wire, rounded to the wire's single precision. What the link itself does is `Flight`'s.
 """
 
 import struct
-from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 from dob_companion.artifact import DobDesign
-from dob_companion.companion.dob import DobLoop
+from dob_companion.companion.core import TELEMETRY_EVERY
+from dob_companion.companion.dob import Answer, DobLoop
 from dob_companion.companion.parameters import Parameters
 from dob_companion.mavlink import AppliedMoment, FlightState, GyroSample, ParamWrite, Sender
-from dob_companion.supervisor import State, Transition
+from dob_companion.supervisor import State
 from sitl.attitude import Vector
 from sitl.flight import Flight
+from sitl.imu import Gyro
 from sitl.vehicle import Sample
 from sitl.wire.messages import landed_state
 
-EVERY = 125
+REPORT_EVERY = 125
 """Samples between two reports of the vehicle on itself (armed, in the air): half a second."""
 
 _SINGLE, _SINGLES = struct.Struct("<f"), struct.Struct("<3f")
 _PILOT = Sender(255, 190)
 
-Answer = tuple[int, Vector]
-
 
 class Onboard:
-    """One companion for one flight. `transitions` holds every change of state so far.
+    """One companion for one flight: call `sample` with each sample flown.
 
-    `delay` is the age of a correction when it acts, in samples, 1 or more.
+    With `prompt` there is no link: a sample is answered while it is being flown, between gyro and controller, and the
+    correction acts in it, at an age of 0. A link answers after it, at an age of 1 or more.
     """
 
-    def __init__(self, design: DobDesign, parameters: Mapping[str, float], delay: int) -> None:
+    def __init__(self, design: DobDesign, parameters: Mapping[str, float], flight: Flight, *, prompt: bool) -> None:
         self._parameters = Parameters(parameters)
         self._loop = DobLoop(design, self._parameters)
-        self._under_way: deque[Answer] = deque()
-        self._delay = delay
-        self._samples = 0
-        self.transitions: list[Transition] = []
+        self._flight = flight
+        self._samples = self._answered = 0
+        self._prompt = prompt
+        if prompt:
+            gyro = flight.vehicle.gyro
+            flight.vehicle.gyro = _Tapped(gyro.bias, gyro.latency, gyro.quantum, heard=self._answer)
 
     @property
     def state(self) -> State:
@@ -55,21 +58,51 @@ class Onboard:
         """The ground station writes a parameter."""
         self._parameters.write(ParamWrite(name, value, None, True, _PILOT))
         self._loop.operator_wrote()
-        self.transitions += self._loop.take_transitions()
 
-    def sample(self, flight: Flight, sample: Sample) -> None:
-        """Answer one sample of `flight`, and hand over the answer that arrives before the next one."""
-        now = sample.stamp_us * 1e-6
-        if self._samples % EVERY == 0:
-            self._loop.watch.regime.heartbeat(flight.vehicle.armed, now)
+    def sample(self, sample: Sample) -> None:
+        """Hear of a sample that was flown, and answer it unless the link loses it."""
+        flight, stamp = self._flight, sample.stamp_us
+        if self._samples % REPORT_EVERY == 0:
+            self._loop.watch.regime.heartbeat(flight.vehicle.armed, stamp * 1e-6)
             self._loop.watch.flight_state(FlightState(landed_state(flight.vehicle), forward=False))
         self._samples += 1
-        answer = self._loop.gyro(GyroSample(sample.stamp_us, sample.gyro), now)
+        if self._prompt:
+            flight.log.answer(stamp)  # given already, before there was a row to note it in
+        elif flight.channel.pair_lost:
+            return
+        answer = self._loop.answer if self._prompt else self._loop.gyro(GyroSample(stamp, sample.gyro), stamp * 1e-6)
+        self._tell(stamp)
         thrust = _SINGLE.unpack(_SINGLE.pack(sample.thrust))[0]
         contained = _SINGLES.unpack(_SINGLES.pack(*sample.correction))
-        self._loop.moment(AppliedMoment(sample.stamp_us, sample.u_e, thrust, contained, float(sample.age)))
-        self.transitions += self._loop.take_transitions()
+        self._loop.moment(AppliedMoment(stamp, sample.u_e, thrust, contained, float(sample.age)))
+        self._loop.take_transitions()
+        if answer is not None and not self._prompt:
+            self._give(answer)
+
+    def _answer(self, gyro: Vector) -> None:
+        """Answer the sample that is being flown."""
+        stamp = self._flight.vehicle.now_us
+        answer = self._loop.gyro(GyroSample(stamp, _SINGLES.unpack(_SINGLES.pack(*gyro))), stamp * 1e-6)
         if answer is not None:
-            self._under_way.append((answer.stamp_us, _SINGLES.unpack(_SINGLES.pack(*answer.correction))))
-        if len(self._under_way) >= self._delay:
-            flight.answer(*self._under_way.popleft())
+            self._give(answer)
+
+    def _give(self, answer: Answer) -> None:
+        self._flight.answer(answer.stamp_us, _SINGLES.unpack(_SINGLES.pack(*answer.correction)))
+
+    def _tell(self, stamp_us: int) -> None:
+        """The daemon's telemetry, of which the vehicle records the state."""
+        self._answered += 1
+        if self._answered % TELEMETRY_EVERY == 0:
+            self._flight.log.state(stamp_us, self._loop.state)
+
+
+@dataclass(slots=True)
+class _Tapped(Gyro):
+    """A gyro whose readings are heard as soon as they are made."""
+
+    heard: Callable[[Vector], None] = field(kw_only=True)
+
+    def read(self, rate: Vector, noise: Vector) -> Vector:
+        reading = Gyro.read(self, rate, noise)  # a slotted dataclass is made anew, so super() would miss
+        self.heard(reading)
+        return reading

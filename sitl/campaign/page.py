@@ -41,7 +41,11 @@ def render(directory: Directory, rows: list[Row]) -> str:
     )
     figures += [
         charts.scatter(groups, name, title)
-        for name, title in (("gain", "plant gain / designed"), ("pole", "lag corner / designed"))
+        for name, title in (
+            ("gain", "plant gain / designed"),
+            ("pole", "lag corner / designed"),
+            ("wind_m_s", "mean wind, m/s"),
+        )
         if isinstance(getattr(campaign, name), Between)
     ]
     return _TEMPLATES.get_template("page.html.j2").render(
@@ -58,17 +62,20 @@ def render(directory: Directory, rows: list[Row]) -> str:
 
 
 def _lead(summary: dict[str, Any]) -> str:
-    failed = summary["failed"]
+    failed, missed = summary["failed"], summary["missed"]
     if summary["flown"] == failed:
         return "No flight reached its end."
     groups = [group for group in summary["groups"] if "axes" in group]
-    low = min(group["axes"][axis]["rms_ratio"]["min"] for group in groups for axis in AXES)
-    words = (
-        f"With the observer on, the RMS attitude error of each axis of each flight is at least {low:.2f} times smaller."
-    )
+    found = [ratio["min"] for g in groups for axis in AXES if (ratio := g["axes"][axis]["rms_ratio"])]
+    words = f"{failed or 'No'} flights did not reach their end; {missed or 'none'} missed a check of the scenario."
+    if not found:
+        return words
+    low = min(found)
     if low < 1.0:
-        words = f"The observer does harm on some axis of some flight: RMS off/on falls to {low:.2f}."
-    return words + (f" {failed} flights did not reach their end." if failed else "")
+        return f"The observer does harm on some axis of some flight: RMS off/on falls to {low:.2f}. {words}"
+    return (
+        f"The observer takes the RMS attitude error down {low:.2f} times or more on each axis of each flight. {words}"
+    )
 
 
 def _facts(directory: Directory) -> list[tuple[str, str]]:
@@ -83,15 +90,21 @@ def _facts(directory: Directory) -> list[tuple[str, str]]:
         ("plant gain", _words(campaign.gain)),
         ("lag corner", _words(campaign.pole)),
     ]
+    if campaign.wind_m_s:
+        facts.append(("mean wind", _range(campaign.wind_m_s) + " m/s, with its turbulence"))
     if campaign.parameters:
         facts.append(("parameters", ", ".join(f"{name} = {value:g}" for name, value in campaign.parameters.items())))
     return facts
 
 
 def _words(values: Values) -> str:
+    return _range(values) + " of the designed"
+
+
+def _range(values: Values) -> str:
     if isinstance(values, Between):
-        return f"{values.low:g} to {values.high:g} of the designed, drawn for each seed"
-    return ", ".join(f"{value:g}" for value in values) + " of the designed"
+        return f"{values.low:g} to {values.high:g}, drawn for each seed,"
+    return ", ".join(f"{value:g}" for value in values)
 
 
 def _command(directory: Directory, number: int) -> str:

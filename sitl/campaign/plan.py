@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 DRAWS = 3
-"""Stream of a seed's draws; 0 to 2 are the weather's and the recorder's to use."""
+"""Distinguishes this generator from the others of the same seed."""
 
 
 class Between(NamedTuple):
@@ -25,8 +25,8 @@ Values = tuple[float, ...] | Between
 class Inputs(NamedTuple):
     """All that tells one flight of a campaign from the others.
 
-    `delay` in samples; `gain` and `pole` are factors on the plant's gain and on the corner frequency of its lag;
-    `wind_m_s` is the mean wind's speed.
+    `delay` in samples, 0 without a link; `gain` and `pole` are factors on the plant's gain and on the corner frequency
+    of its lag; `wind_m_s` is the mean wind's speed, None for the scenario's own wind.
     """
 
     flight: int
@@ -36,14 +36,16 @@ class Inputs(NamedTuple):
     delay: int
     gain: float
     pole: float
+    wind_m_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Campaign:
     """A checked campaign. `designs` maps names to the text of each design.json.
 
-    Every seed is flown with every combination of airframe, design, delay, gain and pole; what is `Between` is drawn
-    once a seed, the same for all its flights, so that designs and delays are compared on equal terms.
+    Every seed is flown with every combination of airframe, design, delay, gain, pole and wind (the scenario's own when
+    `wind_m_s` is empty); what is `Between` is drawn once a seed, the same for all its flights, so that designs and
+    delays are compared on equal terms.
     """
 
     scenario: str
@@ -54,6 +56,7 @@ class Campaign:
     delays: tuple[int, ...]
     gain: Values
     pole: Values
+    wind_m_s: Values
     parameters: Mapping[str, float]
 
     def flights(self) -> list[Inputs]:
@@ -61,8 +64,8 @@ class Campaign:
         flights: list[Inputs] = []
         for seed in range(self.first_seed, self.first_seed + self.seeds):
             rng = np.random.default_rng([seed, DRAWS])
-            gains, poles = (_of_seed(values, rng) for values in (self.gain, self.pole))
-            for choice in product(self.airframes, self.designs, self.delays, gains, poles):
+            gains, poles, winds = (_of_seed(values, rng) for values in (self.gain, self.pole, self.wind_m_s))
+            for choice in product(self.airframes, self.designs, self.delays, gains, poles, winds or (None,)):
                 flights.append(Inputs(len(flights), seed, *choice))
         return flights
 

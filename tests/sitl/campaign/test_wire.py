@@ -1,0 +1,52 @@
+"""A flight in one process against the same flight over the wire: real processes, UDP, MAVLink."""
+
+import json
+import select
+import subprocess
+import sys
+from time import monotonic
+
+import numpy as np
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl.calibration import disturbance_scale
+from sitl.campaign.pilot import Job, fly
+from sitl.campaign.plan import Inputs
+from sitl.result import summarize
+from sitl.scenario import load
+from tests.cli.processes import daemon, free_port
+from tests.sitl.bench import Peer
+
+
+def test_a_wire_flight_gives_the_same_numbers_to_the_last_bit(design, short, tmp_path):
+    """Every sample of every array in float64, observer settling, switch, ramp and corrections included."""
+    over_the_wire(design, short, 3, tmp_path)
+    scenario = load(str(short))
+    inputs = Inputs(0, 3, "linear", "paper", 1, 1.0, 1.0)
+    flown = fly(Job(inputs, scenario, disturbance_scale(scenario, 3), design.read_text(), {}))
+    assert not flown.failure
+    arrays = flown.flight.log.arrays()
+    with np.load(tmp_path / "flight.npz") as wire:
+        assert set(wire.files) == set(arrays)
+        for name in wire.files:
+            assert wire[name].dtype == arrays[name].dtype
+            assert wire[name].tobytes() == arrays[name].tobytes(), name
+        assert np.any(wire["correction"][wire["window"] == 2])
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert result == summarize(scenario, 3, "in-process", arrays) | {"clock": "lockstep"}
+
+
+def over_the_wire(design, scenario, seed, out):
+    port, station = free_port(), Peer(255, 190)
+    command = [sys.executable, "-m", "sitl", scenario, "--clock", "lockstep", "--seed", str(seed), "-o", out]
+    command += ["--link", f"udpout:127.0.0.1:{port}", "--gcs", station.url]
+    with daemon(design, port), subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as vehicle:
+        deadline = monotonic() + 60.0
+        while vehicle.poll() is None:
+            assert monotonic() < deadline
+            ready, _, _ = select.select([station.socket], [], [], 0.1)
+            for message in station.receive() if ready else ():
+                if message.get_type() == "STATUSTEXT" and message.text == "sitl: waiting for DOB_ENABLE=1":
+                    station.send(mavlink.MAVLink_param_set_message(1, 191, b"DOB_ENABLE", 1.0, 9))
+        assert vehicle.returncode == 0, vehicle.stderr.read()
+    station.socket.close()
