@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-_HEAD = ("", "asked", "attenuation", "disk margin", "noise in correction", "slowest mode, s")
+_HEAD = ("", "asked", "attenuation", "disk margin", "delay margin", "noise in correction", "slowest mode, s")
 
 
 def tuning_object(tuning: Any) -> dict[str, Any]:
@@ -19,13 +19,12 @@ def tuning_table(tuning: Any) -> str:
     rows.append(_row(">", "chosen: as [auto] asks", tuning.chosen))
     if tuning.own:
         rows.append(_row("", "the spec's own weights", tuning.own))
-    band = f"{auto.low_hz:g} to {auto.high_hz:g} Hz"
     limits = " and ".join(tuning.limited_by) or "the form of the weights: no limit of [auto] binds"
     crossing = f"crossing at {knobs.crossing_hz:.3g} Hz"
     lags = f"W_d {knobs.lags} lag{'s' * (knobs.lags > 1)} at {knobs.disturbance_hz:.3g} Hz, {crossing}"
     return "\n".join(
         [
-            f"{tuning.name}: RMS attitude error off / on for disturbances of {band}, "
+            f"{tuning.name}: RMS attitude error off / on for {auto.disturbances}, "
             f"gyro noise {auto.noise_rms:.3g} rad/s",
             *_aligned([_HEAD, *rows]),
             f"limited by {limits}; without observer the disk margin is {tuning.disk_margin_off:.3f}",
@@ -43,7 +42,15 @@ def _asked(tuning: Any, limits: Any) -> str:
 
 
 def _row(mark: str, asked: str, m: Any) -> tuple[str, ...]:
-    return (mark, asked, f"{m.attenuation:.2f}", f"{m.disk_margin:.3f}", f"{m.noise:.3g}", f"{m.slowest_s:.4f}")
+    return (
+        mark,
+        asked,
+        f"{m.attenuation:.2f}",
+        f"{m.disk_margin:.3f}",
+        f"{m.delay_margin:.1f}",
+        f"{m.noise:.3g}",
+        f"{m.slowest_s:.4f}",
+    )
 
 
 def _aligned(rows: list[tuple[str, ...]]) -> list[str]:

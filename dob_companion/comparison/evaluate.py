@@ -20,6 +20,7 @@ from dob_companion.comparison.flight import (
 from dob_companion.comparison.measure import delay_margin
 from dob_companion.comparison.methods import SOURCES, methods, stated
 from dob_companion.comparison.rational import NotApplicableError
+from dob_companion.comparison.shortfall import Shortfall, shortfall
 from dob_companion.comparison.tuning import Judge, tune
 from dob_companion.comparison.vehicle import Vehicle, close, no_observer
 from dob_companion.errors import SpecError, UnsolvableError
@@ -77,7 +78,10 @@ class Row:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AxisComparison:
-    """All observers on one axis. `absent` holds (name, reason) of methods that have no observer here."""
+    """All observers on one axis, and how far the design is from LQG-optimal.
+
+    `absent` holds (name, reason) of methods that have no observer here.
+    """
 
     axis: str
     dt: float
@@ -87,6 +91,7 @@ class AxisComparison:
     hertz: Array
     rows: tuple[Row, ...]
     absent: tuple[tuple[str, str], ...]
+    shortfall: Shortfall
 
     @property
     def best(self) -> Row:
@@ -149,8 +154,17 @@ def _compare(block: DobBlock, dt: float, seeds: int, source: str, progress: Call
     for entry in entries + others:
         progress(f"{axis}: flying {entry.name}")
         rows.append(_measure(entry, judge, weather, off))
+    progress(f"{axis}: what is LQG-optimal")
     return AxisComparison(
-        axis, dt, vehicle.delay, PEAKS_OFF[axis], judge.scale, judge.responses.hertz, tuple(rows), tuple(absent)
+        axis,
+        dt,
+        vehicle.delay,
+        PEAKS_OFF[axis],
+        judge.scale,
+        judge.responses.hertz,
+        tuple(rows),
+        tuple(absent),
+        shortfall(block, dt, judge.scale),
     )
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from dob_companion.comparison.evaluate import OFF_NOMINAL, AxisComparison, Row
 from dob_companion.comparison.measure import MOST_DELAY_SAMPLES
+from dob_companion.comparison.shortfall import Shortfall, Step, shortfall_table
 
 RULE = (
     "Tuned: least expected RMS attitude error with no smaller a disk margin and no more gyro noise in the correction "
@@ -41,7 +42,8 @@ def comparison_table(axis: AxisComparison) -> str:
     if plain:
         lines += [f"{UNTUNED}:", *(_line(cells, widths) for cells in plain)]
     lines += [f"{name}: none ({reason})" for name, reason in axis.absent]
-    return "\n".join([*lines, *(f"  {text}" for text in verdicts(axis))])
+    lines += [f"  {text}" for text in verdicts(axis)]
+    return "\n".join([*lines, *shortfall_table(axis.shortfall)])
 
 
 def verdicts(axis: AxisComparison) -> list[str]:
@@ -75,6 +77,29 @@ def _axis_object(axis: AxisComparison) -> dict[str, Any]:
         "most_attenuation": axis.best.key,
         "methods": {row.key: _row_object(row) for row in axis.rows},
         "absent": dict(axis.absent),
+        "lqg": _shortfall_object(axis.shortfall),
+    }
+
+
+def _shortfall_object(found: Shortfall) -> dict[str, Any]:
+    """Expected attenuations of the design, of the best at its price, of the bound, and what single changes bring."""
+    return {
+        "rms_off": found.off,
+        "excess": found.excess,
+        "design": _step_object(found.design),
+        "at_price": _step_object(found.at_price),
+        "bound": _step_object(found.bound),
+        "steps": [_step_object(step) for step in found.steps],
+    }
+
+
+def _step_object(step: Step) -> dict[str, Any]:
+    return {
+        "name": step.name,
+        "expected_attenuation": step.attenuation,
+        "noise_rms": step.noise,
+        "disk_margin": step.disk_margin,
+        "delay_margin_samples": step.delay_margin,
     }
 
 

@@ -15,8 +15,8 @@ def tradeoff_figures(key: str, tuning: Tuning) -> list[PageFigure]:
     """The figure `tradeoff` of one block, with what limits the choice in words."""
     limits = listed(tuning.limited_by) if tuning.limited_by else "no limit that was asked for"
     caption = (
-        "Attenuation is the RMS attitude error with the observer off over that with it on, for disturbances between "
-        f"{tuning.auto.low_hz:g} and {tuning.auto.high_hz:g} Hz. Every grey cross is a pair of weights that was solved "
+        "Attenuation is the RMS attitude error with the observer off over that with it on, for "
+        f"{tuning.auto.disturbances}. Every grey cross is a pair of weights that was solved "
         f"and measured; blue ones are the best for other limits. The choice, {number(tuning.chosen.attenuation, 3)}, "
         f"is held back by {limits}."
     )

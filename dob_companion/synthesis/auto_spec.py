@@ -8,13 +8,22 @@ from dob_companion.synthesis.table import Table
 
 KEYS = (
     "disturbance_band_hz",
+    "disturbance_corner_hz",
     "noise_density",
     "noise_rms",
     "least_disk_margin",
+    "least_delay_margin_samples",
     "largest_noise_in_correction",
     "largest_slowest_mode_s",
     "attitude_gain",
 )
+
+DELAY_MARGIN_SAMPLES = 2
+"""Default of `least_delay_margin_samples`: `run` injects on a link one sample slower than designed for, whose slowest
+twentieth may be another one late."""
+
+BAND_OF_CORNER = 0.1, 3.0
+"""What is searched around a low-pass: from a tenth of its corner to three times, where its power lives."""
 
 NOISE_IN_CORRECTION = 0.01
 """Default of `largest_noise_in_correction`: gyro noise may use up a hundredth of the torque, in RMS."""
@@ -31,8 +40,11 @@ class AutoSpec:
     """What is asked of a tuning.
 
     low_hz, high_hz   the band in which disturbances live
+    corner_hz         None: their spectrum is flat over the band. Else that of white noise through a first-order
+                      low-pass of this corner, whose band is BAND_OF_CORNER of it
     noise_rms         standard deviation of the gyro noise at the design's rate, rad/s, white
-    least_disk_margin of each block, all its axes at once (docs/interfaces.md)
+    least_disk_margin, least_delay_margin   of each block, all its axes at once (docs/interfaces.md); the latter in
+                      further whole samples of delay that the vehicle does not report
     largest_noise     RMS of the correction that gyro noise alone causes, normalized torque, the worst axis
     largest_mode_s    time constant of the observer's slowest mode, s
     attitude_gain     rate asked for per attitude error by the loop around the rate loop, 1/s; 0 for none
@@ -45,12 +57,21 @@ class AutoSpec:
     largest_noise: float = NOISE_IN_CORRECTION
     largest_mode_s: float = SLOWEST_MODE_S
     attitude_gain: float = ATTITUDE_GAIN
+    least_delay_margin: int = DELAY_MARGIN_SAMPLES
+    corner_hz: float | None = None
+
+    @property
+    def disturbances(self) -> str:
+        """Their spectrum in words."""
+        if self.corner_hz is None:
+            return f"disturbances of {self.low_hz:g} to {self.high_hz:g} Hz"
+        return f"disturbances through a {self.corner_hz:g} Hz low-pass"
 
 
 def parse_auto(table: Table, rate_hz: float) -> AutoSpec:
     """Read the table. Raises SpecError, one line that names the place and the key."""
     table.expect(KEYS)
-    low, high = _band(table, rate_hz)
+    low, high, corner = _spectrum(table, rate_hz)
     return AutoSpec(
         low_hz=low,
         high_hz=high,
@@ -59,7 +80,21 @@ def parse_auto(table: Table, rate_hz: float) -> AutoSpec:
         largest_noise=_positive(table, "largest_noise_in_correction", NOISE_IN_CORRECTION),
         largest_mode_s=_positive(table, "largest_slowest_mode_s", SLOWEST_MODE_S),
         attitude_gain=table.number("attitude_gain", lambda x: x >= 0.0, "a number of 0 or more", ATTITUDE_GAIN),
+        least_delay_margin=table.whole("least_delay_margin_samples", DELAY_MARGIN_SAMPLES),
+        corner_hz=corner,
     )
+
+
+def _spectrum(table: Table, rate_hz: float) -> tuple[float, float, float | None]:
+    """Band, and corner of the low-pass if it is one."""
+    if ("disturbance_band_hz" in table) == ("disturbance_corner_hz" in table):
+        raise SpecError(f"{table.where}: expected disturbance_band_hz or disturbance_corner_hz, one of them")
+    if "disturbance_band_hz" in table:
+        return *_band(table, rate_hz), None
+    low, high = BAND_OF_CORNER
+    most = rate_hz / 2.0 / high
+    corner = table.number("disturbance_corner_hz", lambda x: 0.0 < x < most, f"a number between 0 and {most:g} Hz")
+    return low * corner, high * corner, corner
 
 
 def _band(table: Table, rate_hz: float) -> tuple[float, float]:

@@ -90,10 +90,16 @@ class Limits:
     disk_margin: float
     noise: float
     slowest_s: float
+    delay_margin: float
 
     def room(self, m: Measured) -> Array:
-        """Logarithmic distance (3,) to each limit, negative where it is broken."""
-        shares = (m.disk_margin / self.disk_margin, self.noise / m.noise, self.slowest_s / m.slowest_s)
+        """Logarithmic distance (4,) to each limit, negative where it is broken."""
+        shares = (
+            m.disk_margin / self.disk_margin,
+            self.noise / m.noise,
+            self.slowest_s / m.slowest_s,
+            m.delay_margin / self.delay_margin if self.delay_margin else 1.0,
+        )
         return np.asarray(np.log(np.maximum(shares, 1e-12)))
 
     def excess(self, m: Measured) -> float:
@@ -102,7 +108,7 @@ class Limits:
 
     def tightened(self, slack: float) -> "Limits":
         """Limits that leave room for `slack`."""
-        return Limits(self.disk_margin * slack, self.noise / slack, self.slowest_s / slack)
+        return Limits(self.disk_margin * slack, self.noise / slack, self.slowest_s / slack, self.delay_margin * slack)
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,6 +150,7 @@ class Tuning:
             "the disk margin": self.asked.disk_margin / self.chosen.disk_margin,
             "the noise in the correction": self.chosen.noise / self.asked.noise,
             "the slowest mode": self.chosen.slowest_s / self.asked.slowest_s,
+            "the delay margin": self.asked.delay_margin / self.chosen.delay_margin,
         }
         return tuple(name for name, share in shares.items() if share > 0.98)
 
@@ -199,7 +206,7 @@ def _tune(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec) -> 
     family = Family(plant, delays, auto)
     require_solvable(Problem(plant, controller, *family.systems(family.knobs(2, family.middle)), delays), block.axes)
     search = _Search(family, Yardstick(plant, controller, delays, auto), gamma_backoff)
-    asked = Limits(auto.least_disk_margin, auto.largest_noise, auto.largest_mode_s)
+    asked = Limits(auto.least_disk_margin, auto.largest_noise, auto.largest_mode_s, auto.least_delay_margin)
 
     def certified(W_d: Any, W_n: Any) -> Measured:
         proved = synthesize(
@@ -208,7 +215,12 @@ def _tune(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec) -> 
         found, proof = search.yardstick.measure(proved.observer), proved.certificate
         if found is None:
             raise NotCertifiedError("the certified observer is unstable by the yardstick")
-        return replace(found, disk_margin=proof.disk_margin, slowest_s=proof.slowest_mode_s)
+        return replace(
+            found,
+            disk_margin=proof.disk_margin,
+            slowest_s=proof.slowest_mode_s,
+            delay_margin=float(np.clip(found.delay_margin, proof.delay_margin_samples, proof.delay_margin_samples + 1)),
+        )
 
     search.grid()
     rows = search.rows(asked)
@@ -322,7 +334,7 @@ class _Search:
 
         def room(x: Array) -> Array:
             m = measured(x)
-            return np.concatenate([limits.room(m) if m else np.full(3, -NO_ANSWER), x, 1.0 - x])
+            return np.concatenate([limits.room(m) if m else np.full(4, -NO_ANSWER), x, 1.0 - x])
 
         x = (np.log([start.disturbance_hz, start.crossing_hz, start.noise_hz]) - low) / span
         options: Any = {"maxiter": steps, "rhobeg": 0.08, "tol": 1e-3}
@@ -352,14 +364,17 @@ class _Search:
     def refusal(self, asked: Limits) -> str:
         """Why nothing keeps the limits, with the nearest that was found."""
         wish = (
-            f"no weights found with disk margin >= {asked.disk_margin:.3g}, noise in the correction <= "
-            f"{asked.noise:.3g} and slowest mode <= {asked.slowest_s:.3g} s that attenuate"
+            f"no weights found with disk margin >= {asked.disk_margin:.3g}, delay margin >= {asked.delay_margin:g}, "
+            f"noise in the correction <= {asked.noise:.3g} and slowest mode <= {asked.slowest_s:.3g} s that attenuate"
         )
         off = f"the loop without observer has disk margin {self.yardstick.disk_margin_off:.3g}"
         if not self.pool:
             return f"{wish}; {off}"
         m = min(self.pool, key=lambda candidate: asked.excess(candidate.measured)).measured
-        near = f"{m.disk_margin:.3g}, {m.noise:.3g}, {m.slowest_s:.3g} s, attenuation {m.attenuation:.3g}"
+        near = (
+            f"{m.disk_margin:.3g}, {m.delay_margin:.3g}, {m.noise:.3g}, {m.slowest_s:.3g} s, "
+            f"attenuation {m.attenuation:.3g}"
+        )
         return f"{wish}; nearest: {near}; {off}"
 
     def measure(self, knobs: Knobs) -> Candidate | None:

@@ -7,6 +7,10 @@ With an exact model a command-invariant observer leaves d - z^-tau d_hat = (1 - 
     u_e + d = S T_f d         S = 1 / (1 + C G): the sensitivity whose disk margin counts
     d_hat = Q d + D_y n
 
+Further delay of delta samples that the vehicle does not report leaves u_e wrong and closes a loop of its own around
+the observer, det(I + X e^(-j w delta)) = 0 with X = z^-tau Q (I - z^-tau Q)^-1: the delay margin is the least delay
+that turns an eigenvalue of X of magnitude 1 to -1.
+
 It is the nominal loop; the certificate measures the chosen observer again, from its matrices.
 """
 
@@ -19,7 +23,7 @@ from numpy.typing import NDArray
 
 from dob_companion.errors import UnsolvableError
 from dob_companion.synthesis.auto_spec import AutoSpec
-from dob_companion.synthesis.margins import structured_bounds
+from dob_companion.synthesis.margins import MOST_DELAY_SAMPLES, structured_bounds
 from dob_companion.synthesis.models import stack
 from dob_companion.synthesis.norms import response, spectral_radius
 from dob_companion.synthesis.reduce import gramian
@@ -27,8 +31,9 @@ from dob_companion.synthesis.reduce import gramian
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-MARGIN_POINTS, BAND_POINTS = 160, 60
-"""Frequencies, logarithmic and as many again linear, at which a disk margin is looked for; and those in the band."""
+MARGIN_POINTS, BAND_POINTS, SPECTRUM_POINTS = 160, 60, 150
+"""Frequencies, logarithmic and as many again linear, at which margins are looked for; those in a band; and those over
+which a low-pass is integrated."""
 
 WORST = 60
 """Of coupled axes only this many of the worst frequencies are scaled: scaling is slow, and lowers the others too."""
@@ -38,16 +43,29 @@ WORST = 60
 class Measured:
     """An observer by the yardstick.
 
-    attenuation   RMS of the attitude error off / on, for a disturbance whose spectrum is flat over the band
+    attenuation   RMS of the attitude error off / on, for disturbances of [auto]'s spectrum
     disk_margin   of the rate loop with the observer, all moments at once
     noise         RMS of the correction that gyro noise alone causes, normalized torque, the worst axis
     slowest_s     time constant of the observer's slowest mode, s
+    delay_margin  further samples of delay that the vehicle does not report and the loop survives; a certificate counts
+                  whole ones
     """
 
     attenuation: float
     disk_margin: float
     noise: float
     slowest_s: float
+    delay_margin: float
+
+
+def _spectrum(auto: AutoSpec, dt: float) -> tuple[Array, ComplexArray]:
+    """Angles (rad per sample) over which the attitude error is integrated, and the disturbance's shape (N, 1, 1)."""
+    if auto.corner_hz is None:
+        low, high = (2.0 * np.pi * hertz * dt for hertz in (auto.low_hz, auto.high_hz))
+        return np.geomspace(low, high, BAND_POINTS), np.ones((BAND_POINTS, 1, 1), complex)
+    corner = 2.0 * np.pi * auto.corner_hz * dt
+    angles = np.geomspace(corner / 100.0, np.pi, SPECTRUM_POINTS + 1)[:-1]  # at half the rate nothing is left
+    return angles, 1.0 / (np.exp(1j * angles) - np.exp(-corner))[:, None, None]
 
 
 class Yardstick:
@@ -58,8 +76,7 @@ class Yardstick:
         self.dt, self.noise_rms = float(plant.dt), auto.noise_rms
         self._delays, self._rates = np.array(delays), plant.D.shape[0]
         self._require_stable(plant, controller, auto.attitude_gain)
-        low, high = (2.0 * np.pi * hertz * self.dt for hertz in (auto.low_hz, auto.high_hz))
-        self._band = np.geomspace(low, high, BAND_POINTS)
+        self._band, spectrum = _spectrum(auto, self.dt)
         self._wide = np.unique(
             np.concatenate([np.geomspace(1e-3, np.pi, MARGIN_POINTS), np.linspace(0.01, np.pi, MARGIN_POINTS)])
         )
@@ -67,7 +84,7 @@ class Yardstick:
         G, C = response(plant, self._band), response(controller, self._band)
         z = np.exp(1j * self._band)[:, None, None]
         integral = self.dt / 2.0 * (z + 1.0) / (z - 1.0)  # trapezoidal: the rate's mean over the sample
-        self._to_attitude = integral * G @ np.linalg.inv(one + C @ G * (1.0 + auto.attitude_gain * integral))
+        self._to_attitude = spectrum * integral * G @ np.linalg.inv(one + C @ G * (1.0 + auto.attitude_gain * integral))
         self._off = self._rms(self._to_attitude)
         around = response(controller, self._wide) @ response(plant, self._wide)
         self._sensitivity: ComplexArray = np.linalg.inv(one + around).astype(complex)
@@ -79,12 +96,13 @@ class Yardstick:
         if radius >= 1.0:
             return None
         on = self._rms(self._to_attitude @ self._left(observer, self._band))
-        balanced = self._sensitivity @ self._left(observer, self._wide) - 0.5 * np.eye(len(self._delays))
+        left, one = self._left(observer, self._wide), np.eye(len(self._delays))
         return Measured(
             attenuation=self._off / on,
-            disk_margin=1.0 / self._largest(balanced),
+            disk_margin=1.0 / self._largest(np.asarray(self._sensitivity @ left - 0.5 * one)),
             noise=self.noise_rms * self._noise_gain(observer),
             slowest_s=-self.dt / float(np.log(radius)) if radius > 0.0 else 0.0,
+            delay_margin=self._delay_margin(np.asarray((one - left) @ np.linalg.inv(left))),
         )
 
     def _left(self, observer: Any, angles: Array) -> ComplexArray:
@@ -92,6 +110,20 @@ class Yardstick:
         D_u = response(observer, angles)[:, :, self._rates :]
         late = np.exp(-1j * np.outer(angles, self._delays))[:, :, None]
         return np.asarray(np.eye(len(self._delays)) + late * D_u)
+
+    def _delay_margin(self, X: ComplexArray) -> float:
+        """Least delay in samples that turns an eigenvalue of magnitude 1 to -1; MOST_DELAY_SAMPLES when none does."""
+        values = np.linalg.eigvals(X)
+        order = np.argsort(-np.abs(values), axis=1)
+        values = np.take_along_axis(values, order, axis=1)
+        logs = np.log(np.abs(values))
+        least = float(MOST_DELAY_SAMPLES)
+        for k, i in zip(*np.nonzero(np.diff(np.sign(logs), axis=0)), strict=True):
+            share = logs[k, i] / (logs[k, i] - logs[k + 1, i])
+            angle = self._wide[k] + share * (self._wide[k + 1] - self._wide[k])
+            turn = np.angle(values[k, i]) + share * np.angle(values[k + 1, i] / values[k, i])
+            least = min(least, float((turn + np.pi) % (2.0 * np.pi) / angle))
+        return least
 
     def _noise_gain(self, observer: Any) -> float:
         """RMS of n -> d_hat per unit of white noise on every rate, the worst output."""
