@@ -3,10 +3,14 @@
 import json
 import re
 import subprocess
+from importlib.resources import files
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from dob_companion.report import draw
+from dob_companion.report.chart import Band, Chart, Curve, Panel, Scale
 from tests.browser import CHROMIUM, FLAGS, NAMES
 from tests.report.material import design_html, flight_html, hostile_html
 
@@ -30,6 +34,9 @@ const hand = (key) => {
   const seen = { before: readout(), still: live() };
   at("pointermove", 0.3, 0.3); seen.hover = readout();
   at("pointerdown", 0.2, 0.3); at("pointermove", 0.3, 0.3); at("pointerup", 0.3, 0.3); seen.zoomed = live();
+  const drawn = (name) => [...figure.querySelectorAll(".live " + name)];
+  seen.lines = drawn("polyline").map((node) => node.getAttribute("points").split(" ").map(Number.parseFloat));
+  seen.areas = drawn("polygon").length;
   svg.dispatchEvent(new MouseEvent("dblclick", { bubbles: true })); seen.reset = live();
   at("pointerleave", 0.3, 0.3); seen.after = readout();
   return seen;
@@ -80,6 +87,26 @@ def test_the_design_page_answers_to_pointing_and_zooming(chromium, tmp_path):
     assert re.search(r"observer off\s*−?[\d.]+ dB\s*observer on\s*−?[\d.]+ dB", seen["b0-fig9"]["hover"])
     assert seen["b0-fig9"]["zoomed"] == 2
     assert "rad/s" in seen["b2-gust0"]["hover"]
+
+
+def test_a_zoomed_curve_keeps_its_gaps(chromium, tmp_path):
+    t = np.linspace(0.0, 10.0, 101)
+    y = np.where((t > 1.35) & (t < 1.65), np.nan, np.sin(t))
+    band = Band("", t, y - 0.1, np.where((t > 1.85) & (t < 1.95), np.nan, y + 0.1), "on")
+    panel = Panel(0, 0, Scale("time", "s", 0.0, 10.0), Scale("y", "", -1.2, 1.2), (Curve("y", t, y, "on"),), (band,))
+    chart = Chart("gaps", "a curve with a gap", (panel,))
+    script = (files("dob_companion.report") / "static" / "page.js").read_text(encoding="utf-8")
+    html = (
+        f'<!doctype html><figure class="chart" id="gaps" data-key="gaps">{draw.svg(chart)}'
+        f'<script type="application/json">{draw.data(chart)}</script></figure><script>{script}</script>'
+    )
+    seen, console = _worked(chromium, tmp_path, html, ["gaps"])
+    assert console == []
+    before, after = seen["gaps"]["lines"]
+    step = before[1] - before[0]
+    assert after[0] - before[-1] == pytest.approx(4.0 * step, rel=0.05)  # three samples are missing
+    assert max(np.diff(before + after)) == pytest.approx(4.0 * step, rel=0.05)
+    assert seen["gaps"]["areas"] == 3
 
 
 def test_a_hostile_design_runs_no_script_of_its_own(chromium, tmp_path):

@@ -183,25 +183,36 @@
         make("line", { class: "mark", ...ends }, inside);
       }
       for (const b of p.bands) {
-        const up = this.points(p, b.x, b.high), down = this.points(p, b.x, b.low).reverse();
-        make("polygon", { points: [...up, ...down].join(" "), fill: b.colour, "fill-opacity": 0.18 }, inside);
+        for (const run of this.runs(p, b.x, (i) => Number.isFinite(b.low[i]) && Number.isFinite(b.high[i]))) {
+          const edges = [...this.points(p, b.x, b.high, run), ...this.points(p, b.x, b.low, run).reverse()];
+          make("polygon", { points: edges.join(" "), fill: b.colour, "fill-opacity": 0.18 }, inside);
+        }
       }
       for (const c of p.curves) this.curve(p, c, inside);
     }
 
-    // The part within view and one point beyond it on either side; a path in the plane is kept whole.
-    points(p, x, y, whole = false) {
-      const out = [], last = x.length - 1;
-      for (let i = 0; i <= last; i++)
-        if (Number.isFinite(y[i]) && (whole || (x[Math.min(i + 1, last)] >= p.x.lim[0] && x[Math.max(i - 1, 0)] <= p.x.lim[1])))
-          out.push(`${p.x.pixel(x[i]).toFixed(1)},${p.y.pixel(y[i]).toFixed(1)}`);
-      return out;
+    // Indices of the part within view and one point beyond it on either side, in runs between the gaps, where nothing is
+    // known; a path in the plane is kept whole.
+    runs(p, x, known, whole = false) {
+      const out = [[]], last = x.length - 1;
+      for (let i = 0; i <= last; i++) {
+        const seen = whole || (x[Math.min(i + 1, last)] >= p.x.lim[0] && x[Math.max(i - 1, 0)] <= p.x.lim[1]);
+        if (seen && known(i)) out.at(-1).push(i);
+        else if (out.at(-1).length) out.push([]);
+      }
+      return out.filter((run) => run.length);
+    }
+
+    points(p, x, y, run) {
+      return run.map((i) => `${p.x.pixel(x[i]).toFixed(1)},${p.y.pixel(y[i]).toFixed(1)}`);
     }
 
     curve(p, c, parent) {
       const style = { fill: "none", stroke: c.colour, "stroke-width": c.width };
       if (!c.marker) {
-        make("polyline", { points: this.points(p, c.x, c.y, c.along !== null || c.name === "").join(" "), ...style, "stroke-dasharray": c.dashed ? "8 4" : "none" }, parent);
+        const dashes = { "stroke-dasharray": c.dashed ? "8 4" : "none" };
+        for (const run of this.runs(p, c.x, (i) => Number.isFinite(c.y[i]), c.along !== null || c.name === ""))
+          make("polyline", { points: this.points(p, c.x, c.y, run).join(" "), ...style, ...dashes }, parent);
         return;
       }
       c.x.forEach((v, i) => {
