@@ -21,7 +21,6 @@ class Stage:
     channel: Channel
     hover_altitude: float
     wall_m: float = inf
-    gyro_bias: Vector = ZERO
     _before: Condition = field(init=False)
 
     def __post_init__(self) -> None:
@@ -36,8 +35,8 @@ class Stage:
         """Undo every event."""
         for name in Condition.__slots__:
             setattr(self.condition, name, getattr(self._before, name))
-        self.wall_m, self.gyro_bias = inf, ZERO
-        self.vehicle.attitude_command = LEVEL
+        self.wall_m = inf
+        self.vehicle.gyro.bias, self.vehicle.attitude_command = ZERO, LEVEL
         if self.vehicle.target_altitude is not None:
             self.vehicle.target_altitude = self.hover_altitude
 
@@ -93,7 +92,7 @@ class GyroBias:
 
     def apply(self, stage: Stage) -> None:
         """Jump."""
-        stage.gyro_bias = self.bias
+        stage.vehicle.gyro.bias = self.bias
 
 
 @dataclass(frozen=True, slots=True)

@@ -101,7 +101,7 @@ class Flight:
         self._done = 0
 
     def _around(self, attitude: Quaternion) -> tuple[Surroundings, Vector]:
-        """What surrounds the vehicle in the next sample, and the gyro's noise with its bias."""
+        """What surrounds the vehicle in the next sample, and the gyro's noise."""
         torque, noise = self._weather.sample()
         moment = wind = wind_rate = ZERO
         if self._pull and not self._weather.calm:
@@ -112,9 +112,6 @@ class Flight:
             wind, rotation = self._air.sample()
             wind_rate = turned_back(attitude, rotation)
         self._done += 1
-        bias = self._stage.gyro_bias
-        if bias is not ZERO:
-            noise = (noise[0] + bias[0], noise[1] + bias[1], noise[2] + bias[2])
         return Surroundings(torque, wind, wind_rate, moment, self._stage.wall_m), noise
 
 

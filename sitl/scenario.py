@@ -41,6 +41,15 @@ class Disturbance:
 
 
 @dataclass(frozen=True, slots=True)
+class Clock:
+    """How the vehicle's clock departs from an exact one: see `imu.Stamps`."""
+
+    grid_us: int
+    jitter_us: float
+    skew_ppm: float
+
+
+@dataclass(frozen=True, slots=True)
 class Windows:
     """Two equally long windows, observer off and on, each preceded by a lead that is left out; s.
 
@@ -64,6 +73,7 @@ class Scenario:
     windows: Windows | None = None
     paper_ratio: PaperRatio | None = None
     airframe: str = "linear"
+    clock: Clock | None = None
     wind: Wind | None = None
     events: tuple[Event, ...] = ()
     checks: tuple[Check, ...] = ()
@@ -107,8 +117,8 @@ def _read(path: Path) -> Scenario:
 
 def _scenario(top: Table, name: str) -> Scenario:
     gyro = top.table("gyro")
-    disturbance, windows, ratio, wind = (
-        top.optional_table(key) for key in ("disturbance", "windows", "paper_ratio", "wind")
+    disturbance, windows, ratio, wind, clock = (
+        top.optional_table(key) for key in ("disturbance", "windows", "paper_ratio", "wind", "clock")
     )
     parts = _windows(windows) if windows else None
     lead_s, length_s = (parts.lead_s, parts.length_s) if parts else (0.0, 3600.0)
@@ -121,6 +131,7 @@ def _scenario(top: Table, name: str) -> Scenario:
         windows=parts,
         paper_ratio=_paper_ratio(ratio) if ratio else None,
         airframe=top.choice("airframe", AIRFRAMES, "linear"),
+        clock=_clock(clock) if clock else None,
         wind=_wind(wind, lead_s, length_s) if wind else None,
         events=read_events(top.tables("event"), lead_s, length_s),
         checks=read_checks(top.tables("check"), length_s),
@@ -153,6 +164,16 @@ def _disturbance(table: Table) -> Disturbance:
 
 def _pull(table: Table) -> Pull:
     result = Pull(table.number("frequency_hz", 0.01, 50.0), table.number("growth_s", 0.0, 600.0))
+    table.finish()
+    return result
+
+
+def _clock(table: Table) -> Clock:
+    result = Clock(
+        grid_us=table.whole("grid_us", 0, 20_000, 0),
+        jitter_us=table.number("jitter_us", 0.0, 2_000.0, 0.0),
+        skew_ppm=table.number("skew_ppm", -20_000.0, 20_000.0, 0.0),
+    )
     table.finish()
     return result
 

@@ -18,6 +18,7 @@ from sitl.wire.messages import BUILDERS, actuator_control_target, heartbeat, hig
 from sitl.wire.parameters import Parameters
 from sitl.wire.port import COMPONENT, SYSTEM, Message, Port, source_of
 from sitl.wire.router import is_for_vehicle, passes
+from sitl.wire.stamping import Stamping
 from sitl.wire.streams import COMPANION_STREAMS, GROUND_STREAMS, Streams
 
 COMPANION, GROUND = "companion", "ground"
@@ -41,6 +42,8 @@ class Endpoint:
         self._streams = {COMPANION: Streams(COMPANION_STREAMS), GROUND: Streams(GROUND_STREAMS)}
         self._parameters = Parameters(flight.vehicle, flight.scenario.hover_altitude, flight.seed)
         self._commands = Commands(flight, self._parameters, self._streams, COMPANION)
+        self._stamping = Stamping(flight.scenario.clock, flight.seed)
+        self._said: Sample | None = None
         self._called: str | None = None
         self._next_heartbeat = self._next_call = -inf
 
@@ -54,15 +57,16 @@ class Endpoint:
         self._stream(COMPANION, self.flight.vehicle.now_us * 1e-6)
         sample, notices = self.flight.step()
         self.newest_answered = False
-        self._send_pair(sample)
+        self._said = self._stamping.stamped(sample)
+        self._send_pair(self._said)
         for text in notices:
             self.notice(text)
         return notices
 
     def repeat(self) -> None:
         """Queue the newest pair again, unchanged: a sign of life while the clock stands."""
-        if self.flight.newest is not None:
-            self._send_pair(self.flight.newest)
+        if self._said is not None:
+            self._send_pair(self._said)
 
     def _send_pair(self, sample: Sample) -> None:
         """A pair that the link loses is never sent, and nobody waits for its answer."""
@@ -155,6 +159,7 @@ class Endpoint:
         """An answer of the companion: taken up or ignored, it is an answer to the sample whose stamp it bears."""
         if source_of(message) != OBSERVER:
             return
+        stamp_us = self._stamping.exact(stamp_us)
         if self.flight.answer(stamp_us, value) not in _ON_ITS_WAY:
             self.ignored += 1
         if stamp_us == self.flight.vehicle.now_us:
@@ -164,7 +169,7 @@ class Endpoint:
         """What the companion says of itself, for the record."""
         state = message.data[6]
         if source_of(message) == OBSERVER and isfinite(state):
-            self.flight.log.state(message.time_usec, int(state))
+            self.flight.log.state(self._stamping.exact(message.time_usec), int(state))
 
     def _observe(self, message: Message, link: str) -> None:
         if link == COMPANION and source_of(message) == OBSERVER and message.param_id == "DOB_ENABLE":

@@ -1,0 +1,56 @@
+"""Scenarios flown with vehicle and companion in one process, their bytes exchanged in memory: the wire without sockets."""
+
+import json
+from pathlib import Path
+
+from dob_companion.artifact import DobDesign
+from dob_companion.companion import Companion
+from pymavlink.dialects.v20 import common as mav
+
+from sitl.calibration import disturbance_scale
+from sitl.flight import Flight
+from sitl.result import verdicts, write
+from sitl.scenario import Scenario
+from sitl.vehicle import START_US
+from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
+
+
+def fly(scenario: Scenario, design: DobDesign, seed: int = 1, delay: int = 1) -> Flight:
+    """Fly both windows; wall time is the vehicle's."""
+    flight = Flight(scenario, seed, disturbance_scale(scenario, seed), delay_samples=delay)
+    endpoint, companion = Endpoint(flight), Companion(design)
+    station = mav.MAVLink(None, 255, 190)
+    asked = False
+    while not flight.complete:
+        endpoint.step()
+        _exchange(endpoint, companion, (flight.vehicle.now_us - START_US) * 1e-6)
+        while not endpoint.newest_answered:  # sample 0 repeats until they have met
+            assert flight.vehicle.now_us == START_US
+            endpoint.repeat()
+            _exchange(endpoint, companion, 0.0)
+        if flight.script.awaiting == "DOB_ENABLE=1" and not asked:
+            asked = True
+            write_on = mav.MAVLink_param_set_message(1, 191, b"DOB_ENABLE", 1.0, mav.MAV_PARAM_TYPE_REAL32)
+            endpoint.receive(GROUND, write_on.pack(station))
+            _exchange(endpoint, companion, (flight.vehicle.now_us - START_US) * 1e-6)
+            assert not flight.script.awaiting
+    return flight
+
+
+def _exchange(endpoint: Endpoint, companion: Companion, now: float) -> None:
+    endpoint.advance(now)
+    endpoint.bytes_to_send(GROUND)
+    for datagram in endpoint.bytes_to_send(COMPANION):
+        companion.receive(datagram, now)
+    companion.advance(now)
+    for message in companion.bytes_to_send():
+        endpoint.receive(COMPANION, message)
+
+
+def results(flight: Flight, directory: Path) -> dict:
+    """result.json of a flight, with its checks."""
+    write(flight, "lockstep", directory)
+    assert [v.as_json() for v in verdicts(flight)] == (result := json.loads((directory / "result.json").read_text()))[
+        "checks"
+    ]
+    return result
