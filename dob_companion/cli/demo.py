@@ -3,7 +3,7 @@
 import argparse
 import json
 import signal
-import sys
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -62,10 +62,5 @@ def _leave(_number: int, _frame: object) -> None:
 
 
 def _example_spec() -> Path:
-    """The paper's spec: beside the sources in a checkout, under the prefix's share/ when installed."""
-    checkout = Path(__file__).resolve().parents[2] / "examples" / SPEC_NAME
-    installed = Path(sys.prefix) / "share" / "dob-companion" / "examples" / SPEC_NAME
-    found = next((path for path in (checkout, installed) if path.is_file()), None)
-    if found is None:
-        raise InputError(f"{SPEC_NAME} is neither in {checkout.parent} nor in {installed.parent}; name it with --spec")
-    return found
+    """The paper's spec, which the package brings along: in a checkout a link to the one among the examples."""
+    return Path(str(files("dob_companion.demo") / SPEC_NAME))

@@ -1,6 +1,7 @@
 """The wheel, built from what git tracks and installed outside the checkout."""
 
 import json
+import os
 import subprocess
 import sys
 import zipfile
@@ -102,6 +103,19 @@ def test_the_demo_flies_outside_the_checkout(full, tmp_path):
     for name in ("design.json", "result.json", "report.html", "flight.png"):
         assert (tmp_path / "out" / name).stat().st_size > 0
     assert json.loads((tmp_path / "out" / "result.json").read_text())["samples_lost"] == 0
+
+
+def test_wherever_pip_puts_it_the_demo_has_its_spec(wheel, source, tmp_path):
+    """As with `--user` and `--target`, where nothing of the prefix can be relied on."""
+    subprocess.run([sys.executable, *PIP, "install", "--no-deps", "--target", tmp_path / "here", wheel], check=True)
+    ask = (
+        "from dob_companion.cli import demo; print(demo.__file__, demo._example_spec().read_text(), sep='\\n', end='')"
+    )
+    paths = {"PYTHONPATH": str(tmp_path / "here"), "PATH": os.environ["PATH"]}
+    said = subprocess.run([sys.executable, "-P", "-c", ask], env=paths, capture_output=True, text=True, check=True)
+    where, _, spec = said.stdout.partition("\n")
+    assert where.startswith(str(tmp_path / "here"))
+    assert spec == (source / "examples" / "tailsitter_paper.toml").read_text()
 
 
 def test_the_simulated_vehicle_knows_its_scenarios_outside_the_checkout(full, tmp_path):
