@@ -10,7 +10,11 @@ from dob_companion.report import bode_charts, design_charts
 from dob_companion.report.bode_charts import AxisResponses
 from dob_companion.report.claims import Claim, axis_disk_margin, claims, further
 from dob_companion.report.draw import alone
-from dob_companion.report.evaluate import (
+from dob_companion.report.page import PageFigure, figure, render
+from dob_companion.report.robust_chart import robust_claims, robust_figures
+from dob_companion.report.tradeoff_chart import tradeoff_figures
+from dob_companion.report.words import listed, number, plural, transfer_function
+from dob_companion.synthesis.behaviour import (
     Complex,
     Loops,
     Roots,
@@ -20,10 +24,6 @@ from dob_companion.report.evaluate import (
     roots,
     step_response,
 )
-from dob_companion.report.page import PageFigure, figure, render
-from dob_companion.report.robust_chart import robust_claims, robust_figures
-from dob_companion.report.tradeoff_chart import tradeoff_figures
-from dob_companion.report.words import listed, number, plural, transfer_function
 from dob_companion.synthesis.responses import block_responses
 from dob_companion.synthesis.tuning import Tuning
 

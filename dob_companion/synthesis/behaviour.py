@@ -1,7 +1,4 @@
-"""Values of a block that its page shows beside the frequency responses: roots, open-loop curve, time responses.
-
-Systems are put together by synthesis and evaluated by python-control; nothing is derived here.
-"""
+"""How a block behaves, beside its frequency responses: roots, open-loop curve, answers to a step and to a gust."""
 
 from dataclasses import dataclass
 
