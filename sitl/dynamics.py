@@ -30,11 +30,15 @@ VERTICAL_DAMPING = 0.3
 
 @dataclass(frozen=True, slots=True)
 class RateAxis:
-    """G(z) = gain · (z − zero) / ((z − 1)(z − pole)): normalized torque to body rate, rad/s, at `DT`."""
+    """G(z) = gain · (z − zero) / ((z − slow)(z − pole)): normalized torque to body rate, rad/s, at `DT`.
+
+    `slow` is 1 as in the paper where nothing damps the body, and a little less where the air does.
+    """
 
     gain: float
     zero: float
     pole: float
+    slow: float = 1.0
 
 
 PITCH = RateAxis(gain=0.14131, zero=-1.716, pole=0.9447)
@@ -108,7 +112,7 @@ class LinearAxis:
 
     def __init__(self, axis: RateAxis) -> None:
         self._b1, self._b2 = axis.gain, -axis.gain * axis.zero
-        self._a1, self._a2 = -(1.0 + axis.pole), axis.pole
+        self._a1, self._a2 = -(axis.slow + axis.pole), axis.slow * axis.pole
         self._s1 = self._s2 = 0.0
 
     @property

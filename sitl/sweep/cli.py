@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from sitl.errors import SitlError
@@ -9,7 +10,7 @@ from sitl.sweep.client import SweepClient
 from sitl.sweep.figure import save_figure
 from sitl.sweep.fit import BAND
 from sitl.sweep.flight import given_link, started_vehicle, sweep
-from sitl.sweep.identify import identify, table, write
+from sitl.sweep.identify import identify, modes, table, write
 from sitl.sweep.multisine import Plan, excitation
 from sitl.tables import AXES
 
@@ -25,6 +26,11 @@ airframe = "{airframe}"
 hover_altitude_m = 5.0
 [gyro]
 noise_dbw = {noise_dbw}
+"""
+
+_FLEXIBLE = """\
+[[event]]
+kind = "flexible"
 """
 
 
@@ -45,6 +51,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--realizations", type=int, default=plan.realizations, help="of 24.5 s each (%(default)s)")
     p.add_argument("--noise-dbw", type=float, default=-68.0, help="gyro noise (%(default)s)")
     p.add_argument("--band", type=float, nargs=2, default=BAND, metavar="RAD_S", help="fitted (4 to 50)")
+    p.add_argument("--flexible", action="store_true", help="with its flexible modes, excited as strongly as the rest")
     p.add_argument("-o", dest="directory", type=Path, required=True, metavar="DIR", help="where results go")
     return p
 
@@ -65,12 +72,15 @@ def _sweep(options: argparse.Namespace) -> int:
     directory: Path = options.directory
     directory.mkdir(parents=True, exist_ok=True)
     plan = Plan(realizations=options.realizations, rms=options.rms)
+    if options.flexible:
+        plan = replace(plan, boost=0.0)
     client = SweepClient([(AXES.index(axis), excitation(plan, options.seed)) for axis in options.axis])
     if options.link:
         vehicle = given_link(options.link)
     else:
         scenario = directory / "scenario.toml"
-        scenario.write_text(_SCENARIO.format(airframe=options.airframe, noise_dbw=options.noise_dbw), "utf-8")
+        text = _SCENARIO.format(airframe=options.airframe, noise_dbw=options.noise_dbw)
+        scenario.write_text(text + _FLEXIBLE if options.flexible else text, "utf-8")
         vehicle = started_vehicle(scenario, options.seed)
     with vehicle as (link, ended):
         sweep(client, link, ended)
@@ -80,4 +90,7 @@ def _sweep(options: argparse.Namespace) -> int:
     for one in found:
         save_figure(one, directory / f"{one.axis}.png")
     print(table(found))
+    for one in found:
+        for frequency, height in modes(one):
+            print(f"{one.axis}: a mode at {frequency:.0f} rad/s, {height:.0f} dB above the model")
     return 0

@@ -27,14 +27,15 @@ def save_figure(one: Identified, path: Path, title: str = "") -> None:
     for axes in (magnitude, phase, coherence):
         axes.axvspan(low, high, color="#f2ede2", zorder=0)
         axes.grid(True, which="both", color="#e4e4e4", linewidth=0.5)
-    _bode(magnitude, phase, w, response.value, ".", MEASURED, "measured")
+    model = response_of(one.fit.model, w)
+    _bode(magnitude, phase, w, response.value, ".", MEASURED, "measured", model)
     error = response.deviation / np.abs(response.value)
     level = 20.0 * np.log10(np.abs(response.value))
     band = 20.0 * np.log10(1.0 + 2.0 * error)
     magnitude.fill_between(w, level - band, level + band, color=MEASURED, alpha=0.2, lw=0, label="± 2 deviations")
-    _bode(magnitude, phase, w, response_of(one.fit.model, w), "-", MODEL, f"fit, {low:g} to {high:g} rad/s")
+    _bode(magnitude, phase, w, model, "-", MODEL, f"fit, {low:g} to {high:g} rad/s")
     if one.axis == "pitch":
-        _bode(magnitude, phase, w, response_of(PITCH, w), "--", PAPER, "paper, Eq. (11)")
+        _bode(magnitude, phase, w, response_of(PITCH, w), "--", PAPER, "paper, Eq. (11)", model)
     magnitude.set_ylabel("dB, (rad/s) per unit torque")
     magnitude.legend(loc="lower left", fontsize=8)
     phase.set_ylabel("degrees")
@@ -47,7 +48,19 @@ def save_figure(one: Identified, path: Path, title: str = "") -> None:
     figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
-def _bode(magnitude: Axes, phase: Axes, w: Floats, value: Complexes, style: str, colour: str, label: str) -> None:
-    level, angle = 20.0 * np.log10(np.abs(value)), np.degrees(np.unwrap(np.angle(value)))
+def _bode(
+    magnitude: Axes,
+    phase: Axes,
+    w: Floats,
+    value: Complexes,
+    style: str,
+    colour: str,
+    label: str,
+    near: Complexes | None = None,
+) -> None:
+    """Magnitude and phase; the phase continues that of `near`, whose own is smooth."""
+    near = value if near is None else near
+    level = 20.0 * np.log10(np.abs(value))
+    angle = np.degrees(np.unwrap(np.angle(near)) + np.angle(value / near))
     magnitude.semilogx(w, level, style, label=label, color=colour, markersize=3.0, linewidth=1.2)
     phase.semilogx(w, angle, style, color=colour, markersize=3.0, linewidth=1.2)

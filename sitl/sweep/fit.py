@@ -1,7 +1,8 @@
 """The paper's model fitted to a frequency response: G(z) = gain (z − zero) / ((z − 1)(z − pole)). Pure.
 
-Complex least squares, each line weighted by its own deviation: the maximum likelihood estimate for independent circular
-Gaussian errors (Pintelon and Schoukens 2012). It starts from the linear problem that multiplying by the denominator
+Complex least squares on the relative error, so that every line of the band counts alike unless noise makes it worth
+less: with weights of noise alone a handful of very clean lines would decide, and a model whose form is a little too
+poor would be right there and wrong elsewhere. It starts from the linear problem that multiplying by the denominator
 gives (Levy, "Complex-curve fitting", IRE Trans. AC-4 (1959)), so that nothing has to be guessed.
 """
 
@@ -18,13 +19,18 @@ BAND = (4.0, 50.0)
 """Where the paper fits, rad/s (its Fig. 6)."""
 
 
+FORM = 0.01
+"""Relative error that the form of the model is granted in the weights: lines known better than this count alike."""
+
+
 @dataclass(frozen=True, slots=True)
 class Fit:
     """A fitted model and how well it is known.
 
-    `deviation` holds the standard deviations of gain, zero and pole, widened by √`chi2` where that is above 1. `chi2`
-    is the sum of squared weighted residuals per degree of freedom: near 1 where noise is all that is left, larger where
-    the model's form is too poor for the precision of the data. `worst` is the largest misfit |Ĝ/G − 1| in `band`.
+    `deviation` holds the standard deviations of the model's numbers that the response's own leave, widened by √`chi2`
+    where that is above 1. `chi2` is the mean square of the misfits over what noise explains: near 1 where noise is all
+    that is left, larger where the form of the model is too poor for the precision of the data. `worst` is the largest
+    relative misfit |Ĝ/G − 1| in `band`, rad/s.
     """
 
     model: RateAxis
@@ -37,41 +43,60 @@ class Fit:
 def response_of(model: RateAxis, frequency: Floats, dt: float = DT) -> Complexes:
     """G(e^{jω dt}) at these frequencies, rad/s."""
     z = np.exp(1j * frequency * dt)
-    return np.asarray(model.gain * (z - model.zero) / ((z - 1.0) * (z - model.pole)))
+    return np.asarray(model.gain * (z - model.zero) / ((z - model.slow) * (z - model.pole)))
 
 
-def fit_rate_axis(response: Response, band: tuple[float, float] = BAND, dt: float = DT) -> Fit:
-    """Fit over `band`, rad/s. Raises ValueError when fewer than four lines lie in it."""
+def fit_rate_axis(
+    response: Response, band: tuple[float, float] = BAND, *, integrator: bool = True, dt: float = DT
+) -> Fit:
+    """Fit over `band`, rad/s; the slow pole is 1, or free if it is no `integrator`.
+
+    Raises ValueError when fewer than four lines lie in the band.
+    """
     inside = (response.frequency >= band[0]) & (response.frequency <= band[1])
     if np.count_nonzero(inside) < 4:
         raise ValueError(f"{np.count_nonzero(inside)} lines from {band[0]:g} to {band[1]:g} rad/s; expected at least 4")
     w, value, deviation = response.frequency[inside], response.value[inside], response.deviation[inside]
-    scale = np.sqrt(2.0) / deviation  # a circular error has half its variance in each of its two parts
+    granted = np.hypot(deviation, FORM * np.abs(value))
 
     def residual(p: Floats) -> Floats:
-        return _stack((response_of(RateAxis(*p), w, dt) - value) * scale)
+        return _stack((response_of(RateAxis(*p), w, dt) - value) / granted)
 
-    found = least_squares(residual, _levy(w, value, deviation, dt), x_scale="jac", method="lm", xtol=1e-14, ftol=1e-14)
-    chi2 = 2.0 * found.cost / (len(found.fun) - len(found.x))
-    jacobian = np.asarray(found.jac)
-    covariance = np.linalg.inv(jacobian.T @ jacobian) * max(chi2, 1.0)
+    start = _levy(w, value, granted, integrator, dt)
+    found = least_squares(residual, start, x_scale="jac", method="lm", xtol=1e-14, ftol=1e-14)
     model = RateAxis(*found.x.tolist())
+    misfit = response_of(model, w, dt) - value
+    # Each complex misfit is two numbers, each with half of its variance.
+    chi2 = float(2.0 * np.sum(np.abs(misfit / deviation) ** 2) / (2 * len(w) - len(found.x)))
+    noise = np.tile(deviation / granted, 2) / np.sqrt(2.0)
+    spread = np.linalg.pinv(np.asarray(found.jac)) * noise * np.sqrt(max(chi2, 1.0))
     return Fit(
         model=model,
-        deviation=RateAxis(*np.sqrt(np.diag(covariance)).tolist()),
-        chi2=float(chi2),
+        deviation=RateAxis(*_padded(np.sqrt(np.sum(spread**2, axis=1)))),
+        chi2=chi2,
         worst=float(np.abs(value / response_of(model, w, dt) - 1.0).max()),
         band=band,
     )
 
 
-def _levy(frequency: Floats, value: Complexes, deviation: Floats, dt: float) -> Floats:
-    """gain, zero, pole from (z − 1) z G = pole (z − 1) G + gain z − gain zero, linear in the unknowns."""
+def _padded(deviations: Floats) -> list[float]:
+    """Deviations of gain, zero, pole and slow pole: one that was not fitted has none."""
+    return [*deviations.tolist(), 0.0][:4]
+
+
+def _levy(frequency: Floats, value: Complexes, deviation: Floats, integrator: bool, dt: float) -> Floats:
+    """Starting values, from the problem that is linear in the coefficients of numerator and denominator.
+
+    With an integrator (z − 1)(z − pole) G = gain z − gain zero, otherwise (z² + a z + b) G = gain z − gain zero.
+    """
     z = np.exp(1j * frequency * dt)
     weight = 1.0 / (np.abs(z - 1.0) * np.abs(z - 0.9) * deviation)  # the error of G is multiplied by the denominator
-    columns = np.array([(z - 1.0) * value, z, np.ones_like(z)]) * weight
-    (pole, gain, constant), *_ = np.linalg.lstsq(_stack(columns).T, _stack((z - 1.0) * z * value * weight), rcond=None)
-    return np.array([gain, -constant / gain, pole])
+    known = (z - 1.0) * z if integrator else z**2
+    unknown = [z - 1.0] if integrator else [z, np.ones_like(z)]
+    columns = np.array([z, np.ones_like(z), *(-value * factor for factor in unknown)]) * weight
+    (gain, constant, *a), *_ = np.linalg.lstsq(_stack(columns).T, _stack(known * value * weight))
+    poles = [-a[0]] if integrator else np.sort(np.roots([1.0, *a]).real).tolist()
+    return np.array([gain, -constant / gain, *poles])
 
 
 def _stack(values: Complexes) -> Floats:

@@ -4,11 +4,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import find_peaks
 
-from sitl.dynamics import DT
+from sitl.dynamics import DT, RateAxis
 from sitl.sweep.estimate import Response, frequency_response
-from sitl.sweep.fit import BAND, Fit, fit_rate_axis
+from sitl.sweep.fit import BAND, Fit, fit_rate_axis, response_of
 from sitl.sweep.multisine import Floats, Plan, measured
+
+POOR = 0.03
+"""Where the paper's form misfits by more than this, the integrator is let go: the air damps what turns slowly."""
+
+
+PROMINENT = 3.0
+"""A peak this many dB above its surroundings is a flexible mode."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,25 +32,38 @@ def identify(axis: str, plan: Plan, record: Floats, band: tuple[float, float] = 
     """Estimate and fit from `SweepClient.records`: u_e, y_n and the correction that acted, shape (3, plan.samples)."""
     u, y, r = (measured(plan, signal) for signal in record)
     response = frequency_response(r, u, y, plan.lines)
-    return Identified(axis, response, fit_rate_axis(response, band))
+    fit = fit_rate_axis(response, band)
+    if fit.worst > POOR:
+        fit = fit_rate_axis(response, band, integrator=False)
+    return Identified(axis, response, fit)
 
 
 def table(found: list[Identified]) -> str:
     """What a person wants to see: one line an axis, each number with its standard deviation."""
-    lines = ["axis    gain                 zero               pole                 slope  worst misfit   χ²"]
+    head = ("axis", "gain", "zero", "pole", "slow pole", "rad/s²", "misfit", "χ²")
+    rows = [head]
     for one in found:
         m, d = one.fit.model, one.fit.deviation
-        lines.append(
-            f"{one.axis:<6}  {m.gain:.5f} ± {d.gain:.5f}   {m.zero:+.3f} ± {d.zero:.3f}    {m.pole:.5f} ± {d.pole:.5f}"
-            f"  {slope(one):6.0f}  {one.fit.worst:12.2%} {one.fit.chi2:5.1f}"
-        )
-    return "\n".join(lines)
+        slow = f"{m.slow:.5f} ± {d.slow:.5f}" if d.slow else "1"
+        numbers = (f"{m.gain:.5f} ± {d.gain:.5f}", f"{m.zero:+.3f} ± {d.zero:.3f}", f"{m.pole:.5f} ± {d.pole:.5f}")
+        rows.append((one.axis, *numbers, slow, f"{acceleration(m):.0f}", f"{one.fit.worst:.1%}", f"{one.fit.chi2:.1f}"))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
 
 
-def slope(one: Identified) -> float:
-    """Angular acceleration per unit of torque below the pole, rad/s²."""
-    m = one.fit.model
-    return m.gain * (1.0 - m.zero) / (1.0 - m.pole) / DT
+def acceleration(model: RateAxis) -> float:
+    """Angular acceleration per unit of torque once the rotors have followed, rad/s²."""
+    return model.gain * (1.0 - model.zero) / (1.0 - model.pole) / DT
+
+
+def modes(one: Identified) -> list[tuple[float, float]]:
+    """Peaks over the rigid model above the fitted band: frequency in rad/s, height over the model in dB."""
+    response = one.response
+    above = response.frequency > one.fit.band[1]
+    w, value = response.frequency[above], response.value[above]
+    height = 20.0 * np.log10(np.abs(value / response_of(one.fit.model, w)))
+    peaks, _ = find_peaks(height, prominence=PROMINENT, wlen=len(w) // 4)
+    return [(float(w[i]), float(height[i])) for i in peaks]
 
 
 def spec(found: list[Identified]) -> str:
@@ -59,7 +80,7 @@ def spec(found: list[Identified]) -> str:
             f'axes = ["{one.axis}"]',
             "[block.plant]",
             f"zeros = [{m.zero:.5g}]",
-            f"poles = [1.0, {m.pole:.6g}]",
+            f"poles = [{m.slow:.6g}, {m.pole:.6g}]",
             f"gain = {m.gain:.6g}",
             "",
         ]

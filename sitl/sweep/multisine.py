@@ -24,18 +24,19 @@ class Plan:
     `realizations` signals of `period` samples, each preceded by the last `lead` samples of its own periodic
     continuation, which are left out: by then the loop's transients are gone (the slowest, PID (12)'s zero at 0.9987,
     takes 3.1 s). `rms` is in normalized torque. Lines are `density` per factor of e, and never closer than 2π/period;
-    their amplitudes are equal above `knee` and rise towards lower frequencies, where the loop leaves little of them in
-    u_e. `highest` and `knee` are in rad/s. The default period, 3125 samples or 12.5 s, puts its first line at
-    0.503 rad/s.
+    their amplitudes are equal well above `corner` and 1 + `boost` times as large well below, where attitude feedback
+    leaves little of them in u_e. `highest` and `corner` are in rad/s. The default period, 3125 samples or 12.5 s, puts
+    its first line at 0.503 rad/s.
     """
 
-    realizations: int = 6
+    realizations: int = 8
     period: int = 3125
     lead: int = 3000
-    rms: float = 0.04
+    rms: float = 0.03
     highest: float = 620.0
     density: float = 85.0
-    knee: float = 4.0
+    corner: float = 8.0
+    boost: float = 15.0
 
     @property
     def samples(self) -> int:
@@ -57,7 +58,7 @@ class Plan:
 
 def realize(plan: Plan, rng: np.random.Generator) -> Floats:
     """One realization, shape (lead + period,): phases uniform on the circle."""
-    amplitudes = np.hypot(1.0, plan.knee / plan.frequencies)
+    amplitudes = 1.0 + plan.boost / (1.0 + (plan.frequencies / plan.corner) ** 2)
     spectrum = np.zeros(plan.period // 2 + 1, complex)
     spectrum[plan.lines] = amplitudes * np.exp(2j * np.pi * rng.random(len(plan.lines)))
     period: Floats = np.fft.irfft(spectrum, plan.period)
