@@ -14,6 +14,7 @@ from docs.paper.section import Section
 
 ROOT = Path(__file__).parents[2]
 SPEC = ROOT / "examples" / "tailsitter_paper.toml"
+TUNED = SPEC.with_name("tailsitter_tuned.toml")
 
 
 def no_delay() -> str:
@@ -23,8 +24,12 @@ def no_delay() -> str:
 
 def make(work: Path) -> list[Section]:
     """Every section, from the paper's numbers alone; flights and sweeps leave their files in `work`."""
-    fly_demo(Demo(SPEC, work / "hover", seed=1, fast=True), PlainScreen())
-    return [*frequency.sections(design_from_toml(no_delay(), str(SPEC))), *hover.sections(work / "hover")]
+    for name, spec in (("hover", SPEC), ("tuned", TUNED)):
+        fly_demo(Demo(spec, work / name, seed=1, fast=True), PlainScreen())
+    return [
+        *frequency.sections(design_from_toml(no_delay(), str(SPEC))),
+        *hover.sections(work / "hover", work / "tuned"),
+    ]
 
 
 def main() -> None:
