@@ -9,9 +9,11 @@ A line is one object with one key:
 Processes and not threads, since drawing takes milliseconds in which a thread would hold the loop's interpreter lock.
 """
 
+import contextlib
 import json
 import math
 import os
+import select
 import socket
 import sys
 import time
@@ -78,10 +80,15 @@ class LoopClock(Witness):
 
 
 class Viewer:
-    """One process that shows the feed. What it does not take in time is dropped; dropped events are counted."""
+    """One process that shows the feed. What it does not take in time is dropped; dropped events are counted.
 
-    def __init__(self, name: str, pipe: ProcessPipe) -> None:
+    When it dies it is not started again, since a process is not started beside a loop in flight; `instead` says what
+    there is in its place.
+    """
+
+    def __init__(self, name: str, pipe: ProcessPipe, instead: str) -> None:
         self.name = name
+        self.instead = instead
         self.pipe = pipe
         self._left_out = 0
 
@@ -116,7 +123,8 @@ class Feed:
 
     def open_terminal(self) -> None:
         """Show the live view on the terminal that standard error is."""
-        self._terminal = Viewer("live view", ProcessPipe("dob_companion.view.terminal", size=_PIPE_BYTES))
+        pipe = ProcessPipe("dob_companion.view.terminal", size=_PIPE_BYTES)
+        self._terminal = Viewer("live view", pipe, "plain lines from here; the loop goes on")
         self._viewers.append(self._terminal)
 
     def open_page(self, port: int) -> str:
@@ -132,7 +140,7 @@ class Feed:
             pipe = ProcessPipe(
                 "dob_companion.view.page", [str(listener.fileno())], size=_PIPE_BYTES, keep=[listener.fileno()]
             )
-            self._viewers.append(Viewer("status page", pipe))
+            self._viewers.append(Viewer("status page", pipe, "no page until the next start; the loop goes on"))
             return f"http://127.0.0.1:{listener.getsockname()[1]}/"
 
     def introduce(self, design: DobDesign, link: str) -> None:
@@ -169,12 +177,21 @@ class Feed:
         self._viewers = [viewer for viewer in self._viewers if not viewer.pipe.broken]
         for viewer in gone:
             viewer.pipe.close(0.0)
-            self.event(Event(Severity.WARNING, f"{viewer.name}: its process has ended; the loop goes on"))
+            if viewer is self._terminal:
+                _show_cursor()
+            self.event(Event(Severity.WARNING, f"{viewer.name}: its process has ended, {viewer.instead}"))
 
 
 def live_view_fits() -> bool:
     """Whether standard error is a terminal that can move its cursor, and the extra `[view]` is there to draw on it."""
     return sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb" and find_spec("rich") is not None
+
+
+def _show_cursor() -> None:
+    """The live view hides the cursor; killed, it cannot show it again."""
+    with contextlib.suppress(OSError):
+        if select.select([], [sys.stderr], [], 0.0)[1]:
+            os.write(sys.stderr.fileno(), b"\x1b[?25h")
 
 
 def event_record(event: Event) -> bytes:

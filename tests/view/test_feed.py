@@ -66,7 +66,7 @@ def test_a_viewer_that_dies_is_reported_once_and_the_log_goes_on(watched, compan
     for _ in range(3):
         feed.moment(companion, companion.status(), LoopClock(Witness(), DT))
     feed.event(Event.info("still here"))
-    assert said == ["status page: its process has ended; the loop goes on", "still here"]
+    assert said == ["status page: its process has ended, no page until the next start; the loop goes on", "still here"]
 
 
 def test_numbers_that_are_not_finite_reach_the_page_as_null(watched, companion):

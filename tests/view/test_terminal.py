@@ -50,6 +50,25 @@ def test_a_terminal_that_stands_still_does_not_keep_the_loop_from_answering(desi
         assert process.returncode == 0
 
 
+def test_a_view_that_is_killed_gives_way_to_plain_lines_and_the_cursor(design):
+    port = free_port()
+    with shown(design, port) as (process, terminal):
+        terminal.wait_for("listening on udpin")
+        (view,) = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        assert not terminal.cursor
+        with UdpVehicle(port) as vehicle:
+            vehicle.fly(20)
+            os.kill(int(view), signal.SIGKILL)
+            vehicle.fly(20)
+            terminal.wait_for("live view: its process has ended, plain lines from here; the loop goes on\n")
+            assert terminal.cursor
+            vehicle.write("DOB_ENABLE", 1.0)
+            terminal.wait_for(r"\d\d:\d\d:\d\d notice   DOB WAITING: switched on\n")
+            process.terminate()
+            vehicle.last_correction(process)
+        assert process.returncode == 0
+
+
 def test_a_log_that_is_no_terminal_gets_plain_lines(design):
     port = free_port()
     with daemon(design, port) as process, UdpVehicle(port) as vehicle:

@@ -26,6 +26,7 @@ _FLAGS = (
 _EXEC = (
     "import os, sys; os.dup2(int(sys.argv[1]), 3); os.dup2(int(sys.argv[2]), 4); os.execv(sys.argv[3], sys.argv[3:])"
 )
+_CURSOR = re.compile(r"\x1b\[\?25([hl])")
 _ESCAPES = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\r")
 
 
@@ -36,6 +37,7 @@ class Terminal:
         self.master, self.slave = pty.openpty()
         fcntl.ioctl(self.slave, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
         self.text = ""
+        self.cursor = True
 
     def close(self):
         os.close(self.master)
@@ -55,9 +57,12 @@ class Terminal:
         if not select.select([self.master], [], [], timeout)[0]:
             return True
         try:
-            self.text += _ESCAPES.sub("", os.read(self.master, 65536).decode(errors="replace"))
+            piece = os.read(self.master, 65536).decode(errors="replace")
         except OSError:
             return False
+        for shown in _CURSOR.findall(piece):
+            self.cursor = shown == "h"
+        self.text += _ESCAPES.sub("", piece)
         return True
 
 
