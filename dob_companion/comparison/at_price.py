@@ -12,9 +12,9 @@ programme over F's first samples and a few slow poles. F is of high order and no
 had. A finite F and a frequency grid leave less than 1 % to be had beyond it (tests).
 """
 
-from dataclasses import dataclass
 from typing import Any
 
+import control as ct
 import cvxpy
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from dob_companion.comparison.flight import NOISE_SIGMA, disturbance_pole
 from dob_companion.comparison.lqg import coprime
 from dob_companion.comparison.measure import response
+from dob_companion.comparison.rational import polynomial, product, roots_of
 from dob_companion.comparison.vehicle import OUTPUTS, Vehicle, close, no_observer
 
 cp: Any = cvxpy  # its own annotations are partial
@@ -37,15 +38,6 @@ POINTS, EVERY = 1200, 3
 """Frequencies over which variances are summed, and the share of them at which the margin is asked for."""
 
 
-@dataclass(frozen=True, slots=True)
-class Best:
-    """RMS attitude error (rad) and what it costs: disk margin, RMS of the correction from gyro noise alone."""
-
-    attitude: float
-    disk_margin: float
-    noise: float
-
-
 class AtPrice:
     """One vehicle in one weather (sigma of the disturbance, normalized torque), ready to be asked for its best."""
 
@@ -59,8 +51,9 @@ class AtPrice:
             close(Vehicle(vehicle.plant, vehicle.controller, 0, vehicle.attitude_gain), no_observer(vehicle.dt)), angles
         )
         M, N = coprime(vehicle.plant, angles)
-        M, N = M / abs(N[0]), N / abs(N[0])
-        slow = np.exp(-vehicle.dt / np.array(SLOW_S))
+        self._vehicle, self._taps, self._unit = vehicle, taps, abs(N[0])
+        M, N = M / self._unit, N / self._unit
+        self._slow = slow = np.exp(-vehicle.dt / np.array(SLOW_S))
         F = np.hstack([z[:, None] ** -np.arange(taps), (1.0 - slow) / (1.0 - slow / z[:, None])])
         late = z**-vehicle.delay
         wind = share * scale * np.sqrt(1.0 - a * a) / (z - a)
@@ -72,10 +65,11 @@ class AtPrice:
         S = 1.0 / (1.0 + response(vehicle.plant, angles)[:, 0, 0] * response(vehicle.controller, angles)[:, 0, 0])
         self._disk, self._disk_off = -(S * late * N)[:, None] * F, S - 0.5
 
-    def best(self, disk_margin: float | None = None, noise: float | None = None) -> Best:
-        """The least attitude error with at least this disk margin and at most this noise; None sets no bound.
+    def best(self, disk_margin: float | None = None, noise: float | None = None) -> Any:
+        """D(z) of the least attitude error with at least this disk margin and at most this noise; None sets no bound.
 
-        Raises ValueError when there is nothing within the bounds.
+        `noise` is the RMS of the correction that gyro noise alone causes, normalized torque. Raises ValueError when
+        there is nothing within the bounds.
         """
         size = float(np.linalg.norm(self._theta_off))
         x = cp.Variable(self._theta.shape[1])
@@ -92,12 +86,20 @@ class AtPrice:
         problem.solve(solver=cp.CLARABEL)
         if x.value is None:
             raise ValueError(f"no observer has disk margin {disk_margin} and noise {noise}: {problem.status}")
-        F = np.asarray(x.value)
-        return Best(  # measured, not believed
-            float(np.linalg.norm(self._theta @ F + self._theta_off)),
-            float(1.0 / np.max(np.abs(self._disk @ F + self._disk_off))),
-            float(np.linalg.norm(self._noise @ F)),
-        )
+        return self._observer(np.asarray(x.value))
+
+    def _observer(self, F: Array) -> Any:
+        """D(z) = F [M, -N], M and N as delay lines."""
+        dt, taps, g = self._vehicle.dt, self._taps, roots_of(self._vehicle.plant)
+        M, N = polynomial(g.poles), product(polynomial(g.inner, g.gain), polynomial(g.outer))
+        N = np.concatenate([np.zeros(len(M) - len(N)), N])
+        seen = np.stack([M, -N], axis=1) / self._unit
+        n = len(M) - 1
+        first = ct.ss(np.eye(2 * n, k=-2), np.eye(2 * n, 2), seen[1:].reshape(1, -1), seen[:1], dt)
+        line = ct.ss(np.eye(taps - 1, k=-1), np.eye(taps - 1, 1), F[None, 1:taps], [[F[0]]], dt)
+        share = F[taps:] * (1.0 - self._slow)
+        modes = ct.ss(np.diag(self._slow), np.ones((len(share), 1)), [share * self._slow], [[np.sum(share)]], dt)
+        return (line + modes) * first
 
 
 def _split(values: Complex) -> Array:

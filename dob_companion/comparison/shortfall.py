@@ -90,8 +90,7 @@ def shortfall(block: DobBlock, dt: float, scale: float) -> Shortfall:
     ready = AtPrice(vehicle, scale)
 
     def best(name: str, margin: float | None, noise: float | None) -> Step:
-        found = ready.best(margin, noise)
-        return Step(name, off / found.attitude, found.disk_margin, found.noise)
+        return flown(name, vehicle, ready.best(margin, noise))
 
     design = flown("this design", vehicle, _system(block.observer, dt))
     told = kalman(plant, vehicle.delay, DISTURBANCE_HZ, scale, NOISE_SIGMA)
