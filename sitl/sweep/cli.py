@@ -11,7 +11,7 @@ from sitl.sweep.figure import save_figure
 from sitl.sweep.fit import BAND
 from sitl.sweep.flight import given_link, started_vehicle, sweep
 from sitl.sweep.identify import identify, modes, table, write
-from sitl.sweep.multisine import Plan, excitation
+from sitl.sweep.multisine import FLEXIBLE, Plan, excitation
 from sitl.tables import AXES
 
 _EXAMPLE = """\
@@ -47,11 +47,13 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--axis", nargs="+", choices=AXES, default=list(AXES), help="default: all three, one after another")
     p.add_argument("--link", metavar="URL", help="sweep the vehicle that waits there, in lockstep, instead")
     p.add_argument("--seed", type=int, default=1, help="of phases and noise (%(default)s)")
-    p.add_argument("--rms", type=float, default=plan.rms, help="excitation, normalized torque (%(default)s)")
+    p.add_argument("--rms", type=float, help=f"excitation, normalized torque ({plan.rms}, flexible {FLEXIBLE.rms})")
     p.add_argument("--realizations", type=int, default=plan.realizations, help="of 24.5 s each (%(default)s)")
     p.add_argument("--noise-dbw", type=float, default=-68.0, help="gyro noise (%(default)s)")
     p.add_argument("--band", type=float, nargs=2, default=BAND, metavar="RAD_S", help="fitted (4 to 50)")
-    p.add_argument("--flexible", action="store_true", help="with its flexible modes, excited as strongly as the rest")
+    p.add_argument(
+        "--flexible", action="store_true", help="with its flexible modes, and more of high frequencies to see them"
+    )
     p.add_argument("-o", dest="directory", type=Path, required=True, metavar="DIR", help="where results go")
     return p
 
@@ -71,9 +73,9 @@ def main(arguments: list[str] | None = None) -> int:
 def _sweep(options: argparse.Namespace) -> int:
     directory: Path = options.directory
     directory.mkdir(parents=True, exist_ok=True)
-    plan = Plan(realizations=options.realizations, rms=options.rms)
-    if options.flexible:
-        plan = replace(plan, boost=0.0)
+    plan = replace(FLEXIBLE if options.flexible else Plan(), realizations=options.realizations)
+    if options.rms is not None:
+        plan = replace(plan, rms=options.rms)
     client = SweepClient([(AXES.index(axis), excitation(plan, options.seed)) for axis in options.axis])
     if options.link:
         vehicle = given_link(options.link)

@@ -11,8 +11,9 @@ from sitl.sweep.estimate import Response, frequency_response
 from sitl.sweep.fit import BAND, Fit, fit_rate_axis, response_of
 from sitl.sweep.multisine import Floats, Plan, measured
 
-POOR = 0.03
-"""Where the paper's form misfits by more than this, the integrator is let go: the air damps what turns slowly."""
+POOR, PROVEN = 0.03, 9.0
+"""Where the paper's form misfits by more than this, and by thrice what noise explains (χ²), the integrator is let go:
+the air damps what turns slowly."""
 
 
 PROMINENT = 3.0
@@ -33,7 +34,7 @@ def identify(axis: str, plan: Plan, record: Floats, band: tuple[float, float] = 
     u, y, r = (measured(plan, signal) for signal in record)
     response = frequency_response(r, u, y, plan.lines)
     fit = fit_rate_axis(response, band)
-    if fit.worst > POOR:
+    if fit.worst > POOR and fit.chi2 > PROVEN:
         fit = fit_rate_axis(response, band, integrator=False)
     return Identified(axis, response, fit)
 

@@ -56,6 +56,10 @@ class Plan:
         return np.asarray(self.lines * (2.0 * np.pi / (self.period * DT)), float)
 
 
+FLEXIBLE = Plan(rms=0.04, boost=5.0)
+"""More of high frequencies, where a rigid body hardly answers and flexible modes are."""
+
+
 def realize(plan: Plan, rng: np.random.Generator) -> Floats:
     """One realization, shape (lead + period,): phases uniform on the circle."""
     amplitudes = 1.0 + plan.boost / (1.0 + (plan.frequencies / plan.corner) ** 2)
