@@ -153,13 +153,13 @@ def _replay(options: argparse.Namespace) -> int:
     if options.directory.exists() and not options.directory.is_dir():
         raise InputError(f"-o {options.directory}: is a file; expected a directory")
     job = directory.job(directory.flights[options.flight])
-    flown = fly(job)
-    row = row_of(job, flown)
-    write(flown.flight, "in-process", options.directory, drawn=True)
+    craft = fly(job)
+    row = row_of(job, craft)
+    write(craft.flight, "in-process", options.directory, drawn=True)
     print(json.dumps(row, indent=2) if options.json else "\n".join(f"{name:22} {row[name]}" for name in row))
-    if flown.failure:
-        _say(flown.failure)
-    return 1 if flown.failure else 0
+    if craft.failure:
+        _say(craft.failure)
+    return 1 if craft.failure else 0
 
 
 def _words(text: str) -> list[str]:

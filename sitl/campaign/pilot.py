@@ -26,6 +26,8 @@ from sitl.vehicle import START_US
 PATIENCE_S = 60.0
 """Vehicle time after which a flight that does not reach its hover is given up."""
 
+_LATE_US = START_US + round(1e6 * PATIENCE_S)
+
 SPAN_M = 0.9
 """Wing span that filters the air's rotation where the scenario names none, m: the simulated tail-sitter's."""
 
@@ -49,43 +51,45 @@ class Job:
     parameters: Mapping[str, float]
 
 
-@dataclass(frozen=True, slots=True)
-class Flown:
-    """A flight that has ended; `failure` says why it did not reach its end, "" when it did."""
+class Craft:
+    """A vehicle with its companion on board, flown sample by sample.
 
-    flight: Flight
-    onboard: Onboard
-    failure: str
+    `failure` says why it did not reach its end, "" when nothing is wrong.
+    """
 
+    def __init__(self, job: Job) -> None:
+        inputs = job.inputs
+        self.flight = Flight(
+            scenario_of(job.scenario, inputs),
+            inputs.seed,
+            job.scale,
+            airframe=airframe_of(inputs),
+            delay_samples=max(inputs.delay, 1),
+        )
+        self.onboard = Onboard(_design(job.design), job.parameters, self.flight, prompt=inputs.delay == 0)
+        self.failure = ""
 
-def fly(job: Job) -> Flown:
-    """Fly a job to its end. A vehicle that comes down, or numbers that run away, are a failure and not an error."""
-    inputs = job.inputs
-    flight = Flight(
-        scenario_of(job.scenario, inputs),
-        inputs.seed,
-        job.scale,
-        airframe=airframe_of(inputs),
-        delay_samples=max(inputs.delay, 1),
-    )
-    onboard = Onboard(_design(job.design), job.parameters, flight, prompt=inputs.delay == 0)
-    try:
-        _to_the_end(flight, onboard)
-    except (SitlError, ArithmeticError, ValueError) as error:
-        return Flown(flight, onboard, str(error) or type(error).__name__)
-    return Flown(flight, onboard, "")
-
-
-def _to_the_end(flight: Flight, onboard: Onboard) -> None:
-    script, late_us = flight.script, START_US + round(1e6 * PATIENCE_S)
-    while not flight.complete:
-        sample, _ = flight.step()
-        onboard.sample(sample)
+    def step(self) -> None:
+        """Fly the next sample; the observer is switched on where the script asks for it. Raises FlightFailedError."""
+        script = self.flight.script
+        sample, _ = self.flight.step()
+        self.onboard.sample(sample)
         if script.phase is Phase.WAIT_OBSERVER:
-            onboard.write("DOB_ENABLE", 1.0)
+            self.onboard.write("DOB_ENABLE", 1.0)
             script.observer_reported(True)
-        if script.phase is Phase.CLIMB and sample.stamp_us > late_us:
+        elif script.phase is Phase.CLIMB and sample.stamp_us > _LATE_US:
             raise FlightFailedError(f"hover was not reached within {PATIENCE_S:g} s")
+
+
+def fly(job: Job) -> Craft:
+    """Fly a job to its end. A vehicle that comes down, or numbers that run away, are a failure and not an error."""
+    craft = Craft(job)
+    try:
+        while not craft.flight.complete:
+            craft.step()
+    except (SitlError, ArithmeticError, ValueError) as error:
+        craft.failure = str(error) or type(error).__name__
+    return craft
 
 
 def scenario_of(scenario: Scenario, inputs: Inputs) -> Scenario:
@@ -131,25 +135,25 @@ def _design(text: str) -> DobDesign:
     return loads(text)
 
 
-def row_of(job: Job, flown: Flown) -> Row:
+def row_of(job: Job, craft: Craft) -> Row:
     """The numbers of one flight, the same for the same job; None where there is no number.
 
     Errors in rad, corrections in normalized torque; `injecting` is the share of the window on with a correction.
     """
     row: Row = {
         **job.inputs._asdict(),
-        "outcome": "failed" if flown.failure else "complete",
-        "reason": flown.failure or flown.onboard.why,
-        "state": flown.onboard.state.name,
-        "flown_s": 1e-6 * (flown.flight.vehicle.now_us - START_US) + DT,
+        "outcome": "failed" if craft.failure else "complete",
+        "reason": craft.failure or craft.onboard.why,
+        "state": craft.onboard.state.name,
+        "flown_s": 1e-6 * (craft.flight.vehicle.now_us - START_US) + DT,
     }
-    if flown.failure:
+    if craft.failure:
         return row
-    arrays = flown.flight.log.arrays()
+    arrays = craft.flight.log.arrays()
     result = summarize(job.scenario, job.inputs.seed, "in-process", arrays)
     correction = np.abs(arrays["correction"][arrays["window"] == ON_WINDOW].astype(float))
     row |= {"delay_samples": result["delay_samples"], "injecting": float(np.any(correction > 0.0, axis=1).mean())}
-    found = judge(job.scenario.checks, arrays, flown.flight.delay_samples)
+    found = judge(job.scenario.checks, arrays, craft.flight.delay_samples)
     missed = [verdict.name for verdict in found if not verdict.passed]
     row |= {"checks": len(found), "checks_failed": len(missed), "reason": "; ".join(missed) or row["reason"]}
     for i, axis in enumerate(AXES):

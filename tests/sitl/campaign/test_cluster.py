@@ -30,7 +30,7 @@ def test_a_lost_worker_loses_nothing(design, short, flown, tmp_path):
         scheduler = start(
             stack, "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file)
         )
-        wait_for(file.exists, scheduler)
+        wait_for(lambda: file.exists() and file.read_text().endswith("}"), scheduler)
         address = json.loads(file.read_text())["address"]
         settings = ("--host", "127.0.0.1", "--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory")
         workers = [start(stack, "worker", address, *settings, str(tmp_path)) for _ in range(2)]

@@ -7,6 +7,7 @@ import sys
 from time import monotonic
 
 import numpy as np
+import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.calibration import disturbance_scale
@@ -17,28 +18,47 @@ from sitl.scenario import load
 from tests.cli.processes import daemon, free_port
 from tests.sitl.bench import Peer
 
+EVENTFUL = """
+[[event]]
+kind = "gyro_bias"
+at_s = 0.3
+rad_s = { pitch = 0.01 }
 
-def test_a_wire_flight_gives_the_same_numbers_to_the_last_bit(design, short, tmp_path):
-    """Every sample of every array in float64, observer settling, switch, ramp and corrections included."""
-    over_the_wire(design, short, 3, tmp_path)
-    scenario = load(str(short))
-    inputs = Inputs(0, 3, "linear", "paper", 1, 1.0, 1.0)
-    flown = fly(Job(inputs, scenario, disturbance_scale(scenario, 3), design.read_text(), {}))
-    assert not flown.failure
-    arrays = flown.flight.log.arrays()
+[[event]]
+kind = "link"
+at_s = 0.5
+answers_lost = 0.1
+pairs_lost = 0.02
+jitter_samples = 2
+"""
+
+
+@pytest.mark.parametrize(("delay", "events"), [(1, ""), (2, EVENTFUL)], ids=["clean link", "bad link"])
+def test_a_wire_flight_gives_the_same_numbers_to_the_last_bit(design, short, tmp_path, delay, events):
+    """Every sample of every array in float64: settling, switch, ramp, corrections, their ages, the daemon's states."""
+    path = tmp_path / "flown.toml"
+    path.write_text(short.read_text() + events)
+    over_the_wire(design, path, 3, delay, tmp_path)
+    scenario = load(str(path))
+    inputs = Inputs(0, 3, "linear", "paper", delay, 1.0, 1.0)
+    craft = fly(Job(inputs, scenario, disturbance_scale(scenario, 3), design.read_text(), {}))
+    assert not craft.failure
+    arrays = craft.flight.log.arrays()
     with np.load(tmp_path / "flight.npz") as wire:
         assert set(wire.files) == set(arrays)
         for name in wire.files:
             assert wire[name].dtype == arrays[name].dtype
             assert wire[name].tobytes() == arrays[name].tobytes(), name
         assert np.any(wire["correction"][wire["window"] == 2])
+        assert wire["answered"].all() == (not events)
     result = json.loads((tmp_path / "result.json").read_text())
-    assert result == summarize(scenario, 3, "in-process", arrays) | {"clock": "lockstep"}
+    assert result == summarize(scenario, 3, "in-process", arrays) | {"clock": "lockstep", "checks": []}
 
 
-def over_the_wire(design, scenario, seed, out):
+def over_the_wire(design, scenario, seed, delay, out):
     port, station = free_port(), Peer(255, 190)
     command = [sys.executable, "-m", "sitl", scenario, "--clock", "lockstep", "--seed", str(seed), "-o", out]
+    command += ["--delay", str(delay), "--no-figure"]
     command += ["--link", f"udpout:127.0.0.1:{port}", "--gcs", station.url]
     with daemon(design, port), subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as vehicle:
         deadline = monotonic() + 60.0
