@@ -77,6 +77,11 @@ def test_the_json_holds_the_tables_numbers(pitch):
     assert methods["hinf"]["attenuation_mean"] == pytest.approx(np.mean(methods["hinf"]["attenuation"]))
     assert methods["open_loop_stated"]["expected_attenuation"]["gain −30 %"] is None
     assert all(methods[key]["source"] for key in ALL[1:])
+    lqg = found["axes"]["pitch"]["lqg"]
+    assert lqg["design"]["disk_margin"] == pytest.approx(methods["hinf"]["disk_margin"])
+    assert lqg["design"]["expected_attenuation"] == pytest.approx(methods["hinf"]["attenuation_mean"], rel=0.1)
+    assert lqg["design"]["expected_attenuation"] < lqg["at_price"]["expected_attenuation"]
+    assert lqg["at_price"]["expected_attenuation"] < lqg["bound"]["expected_attenuation"]
 
 
 def test_the_search_finds_the_edge_that_the_rule_draws(designs, vehicle):

@@ -104,6 +104,31 @@ def _part(loop, output, source):
     return ct.minreal(loop[output, source], verbose=False)
 
 
+@pytest.mark.parametrize("delay", [0, 1, 2, 3])
+def test_the_yardsticks_delay_margin_is_the_certificates_between_whole_samples(delay):
+    found = synthesize(paper.PLANT, paper.PID, paper.W_D, paper.W_N, delay_samples=delay)
+    measured = Yardstick(paper.PLANT, paper.PID, (delay,), parse_spec(PITCH).auto).measure(found.observer)
+    assert int(measured.delay_margin) == found.certificate.delay_margin_samples
+
+
+def test_the_yardstick_in_a_low_passs_weather_is_the_lyapunov_equations():
+    spec = parse_spec(auto_with("disturbance_band_hz = [0.1, 3.0] ", "disturbance_corner_hz = 1.0 "))
+    observer = synthesize(paper.PLANT, paper.PID, paper.W_D, paper.W_N).observer
+    vehicle = Vehicle(paper.PLANT, paper.PID, 1)
+    off, on = (expect(close(vehicle, o), 1.0).attitude for o in (no_observer(paper.DT), observer))
+    measured = Yardstick(paper.PLANT, paper.PID, (1,), spec.auto).measure(observer)
+    assert measured.attenuation == pytest.approx(off / on, rel=2e-3)
+    assert spec.auto.disturbances == "disturbances through a 1 Hz low-pass"
+
+
+def test_a_delay_margin_that_is_asked_for_is_kept_and_costs_attenuation(pitch):
+    auto = "least_delay_margin_samples = 4\nleast_disk_margin"
+    design, (tuning,) = tuned_design_from_toml(auto_with("least_disk_margin", auto), "auto.toml")
+    assert design.blocks[0].certificate.delay_margin_samples >= 4
+    assert tuning.chosen.attenuation < pitch[1].chosen.attenuation
+    assert tuning.limited_by == ("the delay margin",)
+
+
 def test_coupled_axes_are_tuned_together():
     text = PITCH[: PITCH.index("[[block]]")] + (
         '[[block]]\nname = "lateral"\naxes = ["roll", "yaw"]\n'
@@ -151,6 +176,13 @@ def test_an_unknown_key_of_auto_names_the_nearest_one():
         ("noise_rms = 3.981e-4", "noise_rms = 1e-4\nnoise_density = 1e-5", "one of them"),
         ("least_disk_margin = 0.3812", "least_disk_margin = 2.5", "between 0 and 2"),
         ("least_disk_margin = 0.3812", "", "'least_disk_margin' is missing"),
+        (
+            "noise_rms = 3.981e-4",
+            "disturbance_corner_hz = 1.0\nnoise_rms = 3.981e-4",
+            "disturbance_corner_hz, one of them",
+        ),
+        ("disturbance_band_hz = [0.1, 3.0]", "disturbance_corner_hz = 60.0", "between 0 and 41.6667 Hz"),
+        ("least_disk_margin", "least_delay_margin_samples = 1.5\nleast_disk_margin", "whole number of 0 or more"),
     ],
 )
 def test_a_bad_value_of_auto_says_what_was_expected(old, new, expected):
