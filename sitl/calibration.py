@@ -29,18 +29,24 @@ def peaks_off(scenario: Scenario, seed: int, scale: Vector) -> Vector:
 def disturbance_scale(scenario: Scenario, seed: int) -> Vector:
     """Size of the disturbance per axis that gives the scenario's error peaks: see `Flight`.
 
-    Fixed-point iteration over whole flights of the vehicle itself, each axis scaled by wanted over found: the response
-    is all but linear and uncoupled, so a handful of flights do. Raises FlightFailedError when it does not settle
-    (peaks beyond what the torque limits allow).
+    Fixed-point iteration over whole flights of the vehicle itself, each axis scaled by wanted over found, with smaller
+    steps when that leads astray: a linear vehicle takes a handful of flights, axes that share rotors some more. Raises
+    FlightFailedError when it does not settle (peaks beyond what the torque limits allow).
     """
     if scenario.disturbance is None:
         return (0.0, 0.0, 0.0)
     wanted = np.array(scenario.disturbance.peak_attitude_error)
     disturbed = wanted > 0.0
     scale = np.where(disturbed, 0.05, 0.0)  # a start within reach: a twentieth of full torque, or of a Nm
+    step, before = 1.0, np.inf
     for _ in range(MAX_FLIGHTS):
         found = np.array(peaks_off(scenario, seed, (scale[0], scale[1], scale[2])))
-        if np.all(np.abs(found[disturbed] / wanted[disturbed] - 1.0) < TOLERANCE):
+        share = wanted[disturbed] / found[disturbed]
+        astray = float(np.abs(np.log(share)).max())
+        if astray < TOLERANCE:
             return float(scale[0]), float(scale[1]), float(scale[2])
-        scale[disturbed] *= wanted[disturbed] / found[disturbed]
+        if astray > 0.7 * before:
+            step *= 0.7
+        before = astray
+        scale[disturbed] *= share**step
     raise FlightFailedError(f"no disturbance gives error peaks of {wanted.tolist()} rad; expected smaller ones")

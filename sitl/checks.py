@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitl.controller import ATTITUDE_GAIN
 from sitl.errors import ScenarioError
 from sitl.log import OFF_WINDOW, ON_WINDOW, STATES, Arrays
 from sitl.tables import AXES, Table
@@ -102,6 +103,11 @@ def _command_leak(cut: Cut, axis: int) -> float | None:
 
 _ERROR = "attitude_error"
 
+
+def _rate_error(part: dict[str, Numbers], axis: int) -> Numbers:
+    """r − y: the rate that the attitude loop asks for less the true one, rad/s (the paper's Fig. 16b)."""
+    return -ATTITUDE_GAIN * part[_ERROR][:, axis] - part["rate"][:, axis]
+
 PER_AXIS: dict[str, Callable[[Cut, int], float | None]] = {
     "rms_ratio": lambda cut, i: _ratio(rms(cut.off[_ERROR][:, i]), rms(cut.on[_ERROR][:, i])),
     "peak_ratio": lambda cut, i: _ratio(peak(cut.off[_ERROR][:, i]), peak(cut.on[_ERROR][:, i])),
@@ -109,10 +115,12 @@ PER_AXIS: dict[str, Callable[[Cut, int], float | None]] = {
     "rms_on": lambda cut, i: rms(cut.on[_ERROR][:, i]),
     "peak_off": lambda cut, i: peak(cut.off[_ERROR][:, i]),
     "peak_on": lambda cut, i: peak(cut.on[_ERROR][:, i]),
+    "rate_ratio": lambda cut, i: _ratio(rms(_rate_error(cut.off, i)), rms(_rate_error(cut.on, i))),
     "correction": lambda cut, i: float(np.abs(cut.on["correction"][:, i]).max()),
     "command_leak": _command_leak,
 }
-"""Measures with axes: errors in rad, mean removed; `correction` is the largest in the window on, normalized torque."""
+"""Measures with axes: attitude errors in rad, mean removed; `rate_ratio` is that of the rate's tracking error, which a
+position loop's commands hardly enter; `correction` is the largest in the window on, normalized torque."""
 
 OVERALL: dict[str, Callable[[Cut], float | None]] = {
     "largest_error": lambda cut: float(max(np.abs(part[_ERROR]).max() for part in (cut.off, cut.on))),

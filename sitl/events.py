@@ -22,9 +22,10 @@ class Stage:
     hover_altitude: float
     wall_m: float = inf
     _before: Condition = field(init=False)
+    _position_hold: bool = field(init=False)
 
     def __post_init__(self) -> None:
-        self._before = copy(self.condition)
+        self._before, self._position_hold = copy(self.condition), self.vehicle.position_hold
 
     @property
     def condition(self) -> Condition:
@@ -37,6 +38,7 @@ class Stage:
             setattr(self.condition, name, getattr(self._before, name))
         self.wall_m = inf
         self.vehicle.gyro.bias, self.vehicle.attitude_command = ZERO, LEVEL
+        self.vehicle.position_hold = self._position_hold
         if self.vehicle.target_altitude is not None:
             self.vehicle.target_altitude = self.hover_altitude
 
@@ -126,6 +128,15 @@ class Attitude:
     def apply(self, stage: Stage) -> None:
         """Command it."""
         stage.vehicle.attitude_command = self.command
+
+
+@dataclass(frozen=True, slots=True)
+class AttitudeOnly:
+    """Nobody holds the position any more: the attitude held is the pilot's, and the vehicle drifts."""
+
+    def apply(self, stage: Stage) -> None:
+        """Let go."""
+        stage.vehicle.position_hold = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,6 +245,10 @@ def _turned(axis: int, angle: float) -> Quaternion:
     return rotated_by_rate(LEVEL, (x, y, z), 1.0)
 
 
+def _attitude_only(_: Table, at_s: float) -> list[Event]:
+    return [Event(at_s, "attitude only", AttitudeOnly())]
+
+
 def _link(table: Table, at_s: float) -> list[Event]:
     quality = Quality(
         pairs_lost=table.number("pairs_lost", 0.0, 1.0, 0.0),
@@ -255,6 +270,7 @@ KINDS: dict[str, Callable[[Table, float], list[Event]]] = {
     "altitude": _altitude,
     "hold": _hold,
     "doublet": _doublet,
+    "attitude_only": _attitude_only,
     "link": _link,
 }
 """Readers of the kinds of event, by name."""

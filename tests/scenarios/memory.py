@@ -1,15 +1,11 @@
-"""Scenarios flown with vehicle and companion in one process, their bytes exchanged in memory: the wire without sockets."""
+"""Scenarios flown with vehicle and companion in one process: the wire without sockets."""
 
-import json
-from pathlib import Path
+from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.artifact import DobDesign
 from dob_companion.companion import Companion
-from pymavlink.dialects.v20 import common as mav
-
 from sitl.calibration import disturbance_scale
 from sitl.flight import Flight
-from sitl.result import verdicts, write
 from sitl.scenario import Scenario
 from sitl.vehicle import START_US
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
@@ -45,12 +41,3 @@ def _exchange(endpoint: Endpoint, companion: Companion, now: float) -> None:
     companion.advance(now)
     for message in companion.bytes_to_send():
         endpoint.receive(COMPANION, message)
-
-
-def results(flight: Flight, directory: Path) -> dict:
-    """result.json of a flight, with its checks."""
-    write(flight, "lockstep", directory)
-    assert [v.as_json() for v in verdicts(flight)] == (result := json.loads((directory / "result.json").read_text()))[
-        "checks"
-    ]
-    return result
