@@ -36,6 +36,9 @@ class Watch:
 
     def flight_state(self, state: FlightState) -> None:
         """In the air, on the ground, in forward flight."""
+        if state.from_heartbeat:
+            self.regime.heartbeat_says(on_ground=state.landed_state == 1)
+            return
         self.regime.state(_LANDED_STATES.get(state.landed_state, Air.UNKNOWN), state.forward)
 
     def finished(self, inputs: tuple[Inputs, ...]) -> None:

@@ -38,6 +38,9 @@ _AT_FULL_RATE = {
     layout.id: layout for layout in (mav.MAVLink_highres_imu_message, mav.MAVLink_actuator_control_target_message)
 }
 
+_ON_GROUND = (mav.MAV_STATE_BOOT, mav.MAV_STATE_CALIBRATING, mav.MAV_STATE_STANDBY, mav.MAV_STATE_POWEROFF)
+"""What no autopilot says in flight. MAV_STATE_ACTIVE says no more than armed: some say it on the ground as well."""
+
 _INTEGER_FORMATS = {
     mav.MAV_PARAM_TYPE_UINT8: "<B3x",
     mav.MAV_PARAM_TYPE_INT8: "<b3x",
@@ -81,10 +84,10 @@ class Codec:
 
     def _parsed(self, data: bytes) -> Iterator[Fact]:
         for message in self._messages(data):
-            read = _READERS.get(message.get_msgId())
-            fact = read(self, message) if read else None
-            if fact is not None:
-                yield fact
+            for read in _READERS.get(message.get_msgId(), ()):
+                fact = read(self, message)
+                if fact is not None:
+                    yield fact
         if self._datagrams and self._parser.buf_len() > 0:  # a torn message must not swallow the next datagram
             self._bad()
 
@@ -162,6 +165,12 @@ def _heartbeat(_codec: Codec, m: Any) -> Fact | None:
     )
 
 
+def _standing(codec: Codec, m: Any) -> Fact | None:
+    if m.get_srcSystem() != codec.system or m.get_srcComponent() != AUTOPILOT:
+        return None
+    return FlightState(int(m.system_status in _ON_GROUND), False, from_heartbeat=True)
+
+
 def _flight_state(codec: Codec, m: Any) -> Fact | None:
     if not codec.from_autopilot(m):
         return None
@@ -227,20 +236,20 @@ def _timesync(codec: Codec, m: Any) -> Fact | None:
     return TimesyncRequest(m.ts1) if m.tc1 == 0 else TimesyncReply(m.ts1)
 
 
-_READERS: dict[int, Callable[[Codec, Any], Fact | None]] = {
-    mav.MAVLINK_MSG_ID_HIGHRES_IMU: _gyro,
-    mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET: _moment,
-    mav.MAVLINK_MSG_ID_HEARTBEAT: _heartbeat,
-    mav.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _flight_state,
-    mav.MAVLINK_MSG_ID_RC_CHANNELS: _rc_channels,
-    mav.MAVLINK_MSG_ID_DEBUG_VECT: _debug_vect,
-    mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET: _actuator_target,
-    mav.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: _param_list,
-    mav.MAVLINK_MSG_ID_PARAM_REQUEST_READ: _param_read,
-    mav.MAVLINK_MSG_ID_PARAM_SET: _param_set,
-    mav.MAVLINK_MSG_ID_COMMAND_ACK: _command_ack,
-    mav.MAVLINK_MSG_ID_COMMAND_LONG: _command,
-    mav.MAVLINK_MSG_ID_COMMAND_INT: _command,
-    mav.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: _file_request,
-    mav.MAVLINK_MSG_ID_TIMESYNC: _timesync,
+_READERS: dict[int, tuple[Callable[[Codec, Any], Fact | None], ...]] = {
+    mav.MAVLINK_MSG_ID_HIGHRES_IMU: (_gyro,),
+    mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET: (_moment,),
+    mav.MAVLINK_MSG_ID_HEARTBEAT: (_heartbeat, _standing),
+    mav.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: (_flight_state,),
+    mav.MAVLINK_MSG_ID_RC_CHANNELS: (_rc_channels,),
+    mav.MAVLINK_MSG_ID_DEBUG_VECT: (_debug_vect,),
+    mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET: (_actuator_target,),
+    mav.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: (_param_list,),
+    mav.MAVLINK_MSG_ID_PARAM_REQUEST_READ: (_param_read,),
+    mav.MAVLINK_MSG_ID_PARAM_SET: (_param_set,),
+    mav.MAVLINK_MSG_ID_COMMAND_ACK: (_command_ack,),
+    mav.MAVLINK_MSG_ID_COMMAND_LONG: (_command,),
+    mav.MAVLINK_MSG_ID_COMMAND_INT: (_command,),
+    mav.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: (_file_request,),
+    mav.MAVLINK_MSG_ID_TIMESYNC: (_timesync,),
 }

@@ -50,10 +50,14 @@ class Heartbeat:
 @dataclass(frozen=True, slots=True)
 class FlightState:
     """EXTENDED_SYS_STATE: landed_state (0 unknown, 1 on ground, 2 in air, 3 taking off, 4 landing), and whether a VTOL
-    is in forward flight or in transition."""
+    is in forward flight or in transition.
+
+    `from_heartbeat` marks the little that HEARTBEAT's system_status tells of it: 1 on ground, or 0 unknown.
+    """
 
     landed_state: int
     forward: bool
+    from_heartbeat: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,15 +31,25 @@ class RegimeLimits:
 class FlightRegime:
     """Collects what the vehicle says of itself and judges it. Each setter takes one message's worth of facts.
 
-    A vehicle that never tells whether it is in the air, or its VTOL state, is judged by armed and throttle alone
-    (`unproven` then says so): a multicopter autopilot need not have these messages.
+    A vehicle that never tells whether it is in the air, or its VTOL state, is judged by its heartbeat (armed, and not
+    standing by) and its throttle: a multicopter autopilot need not have these messages.
     """
 
-    __slots__ = ("_air", "_armed", "_forward", "_heard", "_killed", "_limits", "_strangers", "_throttle")
+    __slots__ = (
+        "_air",
+        "_armed",
+        "_forward",
+        "_heard",
+        "_killed",
+        "_limits",
+        "_standing_by",
+        "_strangers",
+        "_throttle",
+    )
 
     def __init__(self, limits: RegimeLimits) -> None:
         self._limits = limits
-        self._armed = self._killed = self._forward = False
+        self._armed = self._killed = self._forward = self._standing_by = False
         self._air = Air.UNKNOWN
         self._throttle = 0.0
         self._heard = float("-inf")
@@ -52,6 +62,10 @@ class FlightRegime:
     def state(self, air: Air, forward: bool) -> None:
         """In the air or not; `forward` in transition to, or in, fixed-wing flight."""
         self._air, self._forward = air, forward
+
+    def heartbeat_says(self, *, on_ground: bool) -> None:
+        """What the autopilot's heartbeat tells of it; counts while nothing better is known."""
+        self._standing_by = on_ground
 
     def throttle(self, thrust: float) -> None:
         """Thrust setpoint, 0…1."""
@@ -67,11 +81,6 @@ class FlightRegime:
         """Another autopilot, or another companion that injects, was heard on this link."""
         self._strangers.add((system, component))
 
-    @property
-    def unproven(self) -> bool:
-        """Armed, but the vehicle has never said whether it flies."""
-        return self._armed and self._air is Air.UNKNOWN
-
     def why_not(self, now: float) -> str:
         """What speaks against injecting; "" when nothing does. `now` in wall time, s."""
         why = ""
@@ -85,6 +94,8 @@ class FlightRegime:
             why = "not armed"
         elif self._air is Air.ON_GROUND or self._air is Air.CHANGING:
             why = str(self._air.value)
+        elif self._standing_by and self._air is Air.UNKNOWN:
+            why = "standing by, its heartbeat says"
         elif self._forward:
             why = "not in multicopter mode"
         elif not self._throttle >= self._limits.throttle_floor:  # nor when it is not a number

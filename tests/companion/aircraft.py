@@ -60,6 +60,7 @@ class Aircraft:
     thrust: float = 0.5
     age: float = 1.0
     armed: bool = True
+    system_status: int = mav.MAV_STATE_ACTIVE
     beats: bool = True
     said: list = field(default_factory=list)
 
@@ -87,7 +88,7 @@ class Aircraft:
         return heard
 
     def heartbeat(self):
-        return self.deliver(mav.MAVLink_heartbeat_message(2, 12, 128 if self.armed else 0, 0, 4, 3))
+        return self.deliver(mav.MAVLink_heartbeat_message(2, 12, 128 if self.armed else 0, 0, self.system_status, 3))
 
     def imu(self, stamp=None, rates=None):
         r = rates or self.rates

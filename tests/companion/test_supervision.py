@@ -42,6 +42,42 @@ def test_only_in_the_air_or_where_the_vehicle_does_not_say(landed, reached):
 
 
 @pytest.mark.parametrize(
+    ("status", "landed", "reached"),
+    [
+        (mav.MAV_STATE_STANDBY, None, State.TRACKING),
+        (mav.MAV_STATE_STANDBY, 0, State.TRACKING),
+        (mav.MAV_STATE_STANDBY, 2, State.ACTIVE),
+        (mav.MAV_STATE_ACTIVE, 1, State.TRACKING),
+        (mav.MAV_STATE_UNINIT, None, State.ACTIVE),
+        (mav.MAV_STATE_CRITICAL, None, State.ACTIVE),
+    ],
+)
+def test_where_the_vehicle_does_not_say_a_heartbeat_that_stands_by_means_on_the_ground(status, landed, reached):
+    plane = aircraft()
+    plane.system_status = status
+    plane.heartbeat()
+    if landed is not None:
+        plane.deliver(extended(landed))
+    assert enabled(plane) is reached
+
+
+def test_a_landing_that_only_the_heartbeat_tells_fades_it_out():
+    plane = aircraft().active()
+    plane.system_status = mav.MAV_STATE_STANDBY
+    plane.heartbeat()
+    plane.pair()
+    assert "DOB RAMP_OUT: standing by, its heartbeat says" in texts(plane.said)
+
+
+def test_nobody_elses_heartbeat_says_that_we_stand_by():
+    plane = aircraft().active()
+    gimbal = mav.MAVLink(None, srcSystem=1, srcComponent=154)
+    plane.deliver(mav.MAVLink_heartbeat_message(26, 8, 0, 0, mav.MAV_STATE_STANDBY, 3), by=gimbal)
+    plane.pairs(2)
+    assert plane.companion.status().state is State.ACTIVE
+
+
+@pytest.mark.parametrize(
     ("vtol", "allowed"),
     [
         (mav.MAV_VTOL_STATE_UNDEFINED, True),
