@@ -36,7 +36,7 @@ class Mixer(NamedTuple):
             roll, pitch = k * roll, k * pitch
         # Two rotors carry yaw ± a, the others −yaw ± b; the widest pair of all four is a + b + 2 abs(yaw) apart.
         a, b = abs(roll - pitch), abs(roll + pitch)
-        most = 0.5 * (reach - a - b)
+        most = max(0.0, 0.5 * (reach - a - b))
         spin = yaw
         if abs(yaw) > most:
             spin = most if yaw > 0.0 else -most

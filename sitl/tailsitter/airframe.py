@@ -10,7 +10,17 @@ from sitl.dynamics import DT
 from sitl.mixer import Mixer
 from sitl.surroundings import Surroundings
 from sitl.tailsitter.body import STEPS, sample, workspace
-from sitl.tailsitter.layout import INPUTS, OUTPUTS, QUATERNION, RATE, STATES
+from sitl.tailsitter.layout import (
+    CHARGE,
+    DISTURBANCE,
+    INPUTS,
+    OUTPUTS,
+    POSITION,
+    QUATERNION,
+    RATE,
+    STATES,
+    VELOCITY,
+)
 from sitl.tailsitter.parameters import Parameters
 from sitl.tailsitter.trim import trim
 from sitl.tailsitter.tuning import ALTITUDE_INTEGRAL, RATE_PIDS
@@ -85,7 +95,7 @@ class Tailsitter:
         if standing:
             self.on_ground = self._lift <= 0.0
         elif c.held_axis is not None:
-            self.on_ground = False
+            self._hold(c.held_axis)
         elif self.position[2] > 0.0:
             self._touch_down()
 
@@ -100,13 +110,21 @@ class Tailsitter:
         self.specific_force: Vector = (fx, fy, fz)
         self._lift = -down  # acceleration upwards if nothing held it, m/s²
 
+    def _hold(self, axis: int) -> None:
+        """On the rod it neither moves nor turns about another axis, whatever it did before."""
+        self.state[VELOCITY : VELOCITY + 3] = 0.0
+        self.state[RATE : RATE + 3] *= np.eye(3)[axis]
+        self.on_ground = False
+        self._read()
+
     def _touch_down(self) -> None:
         """Stand where it came down, upright and still, with its rotors as they are."""
         x = self.state
-        x[2:RATE] = 0.0
+        x[POSITION + 2] = 0.0
+        x[VELOCITY : VELOCITY + 3] = 0.0
         x[QUATERNION : QUATERNION + 4] = LEVEL
         x[RATE : RATE + 3] = 0.0
-        x[17:26] = 0.0
+        x[DISTURBANCE:CHARGE] = 0.0
         self._sensed[:] = (0.0, 0.0, -self.parameters.gravity, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self.on_ground = True
         self._read()

@@ -160,13 +160,11 @@ class Parameters:
         Three, Of("rad/s", "natural frequencies", "guess: three between 50 and 600 rad/s, as in Fig. 6")
     ] = (140.0, 260.0, 450.0)
     mode_damping: Annotated[float, Of("1", "damping ratio", "guess: glued foam and carbon tubes")] = 0.03
-    mode_roll: Annotated[Three, Of("1", "participation of roll", "guess")] = (0.10, 0.0, 0.12)
-    mode_pitch: Annotated[Three, Of("1", "participation of pitch", "guess: peaks of Fig. 6, by eye")] = (
-        0.12,
-        0.14,
-        0.16,
-    )
-    mode_yaw: Annotated[Three, Of("1", "participation of yaw", "guess")] = (0.0, 0.12, 0.0)
+    mode_roll: Annotated[Three, Of("1", "participation of roll", "guess")] = (0.25, 0.0, 0.25)
+    mode_pitch: Annotated[
+        Three, Of("1", "participation of pitch", "guess: resonances up to 1.9 times the rigid body, as Fig. 6 suggests")
+    ] = (0.25, 0.30, 0.35)
+    mode_yaw: Annotated[Three, Of("1", "participation of yaw", "guess")] = (0.0, 0.30, 0.0)
 
     # Battery
     cells: Annotated[float, Of("1", "cells in series", "guess: usual with such propellers")] = 4.0

@@ -1,6 +1,7 @@
 """Hover in still air or in a steady wind, found by Newton's method, and the airframe's linearization about it."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import inf, sqrt
 
 import numpy as np
@@ -59,6 +60,7 @@ class Trim:
     residual: float
 
 
+@lru_cache(maxsize=64)
 def trim(p: Parameters, wind: Vector = ZERO, payload_kg: float = 0.0) -> Trim:
     """Hover over a point with the belly to the north in this wind, m/s north-east-down.
 
