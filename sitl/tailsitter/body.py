@@ -16,6 +16,7 @@ from sitl.tailsitter.compiled import compiled
 from sitl.tailsitter.flexible import flex
 from sitl.tailsitter.layout import (
     ACCELERATION,
+    AIR,
     CHARGE,
     CHARGE_AT_START,
     COMMAND,
@@ -39,6 +40,7 @@ from sitl.tailsitter.layout import (
     STATES,
     TORQUE,
     TORQUE_SUM,
+    TURN,
     VELOCITY,
     WALL,
     WIND,
@@ -52,12 +54,12 @@ STEPS = 4
 
 
 def workspace() -> NDArray[np.float64]:
-    """Scratch for `derivative`, `step` and `sample`; shape (7, 30)."""
-    return np.zeros((7, max(STATES, INPUTS)))
+    """Scratch for `derivative`, `step` and `sample`; shape (5, 30)."""
+    return np.zeros((5, max(STATES, INPUTS)))
 
 
 @compiled
-def rotor_sum(x: Any, u: Any, air: Any, hub_z: float, p: Any, sums: Any, dx: Any) -> float:
+def rotor_sum(x: Any, u: Any, hub_z: float, p: Any, sums: Any, dx: Any) -> float:
     """Add all rotors to `sums` and their accelerations to `dx`; returns the slipstream at the wing, m/s."""
     w, qx, qy, qz = x[QUATERNION], x[QUATERNION + 1], x[QUATERNION + 2], x[QUATERNION + 3]
     north_x, north_y = 1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy - w * qz)
@@ -69,7 +71,7 @@ def rotor_sum(x: Any, u: Any, air: Any, hub_z: float, p: Any, sums: Any, dx: Any
     for i in range(4):
         rx, ry = p["rotor_x"][i], p["rotor_y"][i]
         nx, spin, speed = p["axis_x"][i], p["spin"][i], x[ROTOR + i]
-        axial = air[0] * nx + air[2] * nz
+        axial = sums[AIR] * nx + sums[AIR + 2] * nz
         thrust = p["thrust_constant"] * coefficient(speed, axial, p["rotor_radius"], p["zero_thrust_advance"])
         drag = p["torque_arm"] * p["thrust_constant"]
         drag *= coefficient(speed, axial, p["rotor_radius"], p["zero_torque_advance"])
@@ -86,9 +88,9 @@ def rotor_sum(x: Any, u: Any, air: Any, hub_z: float, p: Any, sums: Any, dx: Any
         sums[SPIN] += momentum * nx
         sums[SPIN + 2] += momentum * nz
         k = p["rotor_drag"] * speed
-        fx = thrust * nx - k * (air[0] - axial * nx)
-        fy = -k * air[1]
-        fz = thrust * nz - k * (air[2] - axial * nz)
+        fx = thrust * nx - k * (sums[AIR] - axial * nx)
+        fy = -k * sums[AIR + 1]
+        fz = thrust * nz - k * (sums[AIR + 2] - axial * nz)
         sums[FORCE] += fx
         sums[FORCE + 1] += fy
         sums[FORCE + 2] += fz
@@ -110,12 +112,12 @@ def rotor_sum(x: Any, u: Any, air: Any, hub_z: float, p: Any, sums: Any, dx: Any
 
 
 @compiled
-def wing_sum(air: Any, turn: Any, blow: float, wing_z: float, p: Any, sums: Any) -> None:
-    """Add wing panels and fuselage side to `sums`, for the velocity `air` and rate `turn` through the air."""
+def wing_sum(blow: float, wing_z: float, p: Any, sums: Any) -> None:
+    """Add wing panels and fuselage side to `sums`, for the velocity and rate through the air that stand there."""
     for i in range(4):
         y = p["panel_y"][i]
-        normal = air[0] + turn[1] * wing_z - turn[2] * y
-        forward = -(air[2] + turn[0] * y) + blow * p["blown"][i]
+        normal = sums[AIR] + sums[TURN + 1] * wing_z - sums[TURN + 2] * y
+        forward = -(sums[AIR + 2] + sums[TURN] * y) + blow * p["blown"][i]
         fx, up, behind = panel(normal, forward, p)
         fz = -up
         z = wing_z + behind
@@ -124,15 +126,14 @@ def wing_sum(air: Any, turn: Any, blow: float, wing_z: float, p: Any, sums: Any)
         sums[TORQUE_SUM] += y * fz
         sums[TORQUE_SUM + 1] += z * fx
         sums[TORQUE_SUM + 2] -= y * fx
-    sums[FORCE + 1] -= 0.5 * p["air_density"] * p["side_area"] * air[1] * abs(air[1])
+    sums[FORCE + 1] -= 0.5 * p["air_density"] * p["side_area"] * sums[AIR + 1] * abs(sums[AIR + 1])
 
 
 @compiled
-def derivative(x: Any, u: Any, p: Any, work: Any, dx: Any, out: Any) -> None:  # noqa: PLR0915
+def derivative(x: Any, u: Any, p: Any, sums: Any, dx: Any, out: Any) -> None:  # noqa: PLR0915
     """Rate of change of the state `x` under the inputs `u` (`layout`), into `dx`; sensors' share into `out`."""
     for i in range(STATES):
         dx[i] = 0.0
-    sums, air, turn = work[0], work[1], work[2]
     for i in range(9):
         sums[i] = 0.0
     w, qx, qy, qz = x[QUATERNION], x[QUATERNION + 1], x[QUATERNION + 2], x[QUATERNION + 3]
@@ -140,11 +141,11 @@ def derivative(x: Any, u: Any, p: Any, work: Any, dx: Any, out: Any) -> None:  #
     r10, r11, r12 = 2.0 * (qx * qy + w * qz), 1.0 - 2.0 * (qx * qx + qz * qz), 2.0 * (qy * qz - w * qx)
     r20, r21, r22 = 2.0 * (qx * qz - w * qy), 2.0 * (qy * qz + w * qx), 1.0 - 2.0 * (qx * qx + qy * qy)
     vn, ve, vd = x[VELOCITY] - u[WIND], x[VELOCITY + 1] - u[WIND + 1], x[VELOCITY + 2] - u[WIND + 2]
-    air[0] = r00 * vn + r10 * ve + r20 * vd
-    air[1] = r01 * vn + r11 * ve + r21 * vd
-    air[2] = r02 * vn + r12 * ve + r22 * vd
+    sums[AIR] = r00 * vn + r10 * ve + r20 * vd
+    sums[AIR + 1] = r01 * vn + r11 * ve + r21 * vd
+    sums[AIR + 2] = r02 * vn + r12 * ve + r22 * vd
     for i in range(3):
-        turn[i] = x[RATE + i] - u[WIND_RATE + i]
+        sums[TURN + i] = x[RATE + i] - u[WIND_RATE + i]
     # A payload below moves the centre of mass down: everything else is then higher.
     load = u[PAYLOAD]
     mass = p["mass"] + load
@@ -152,10 +153,10 @@ def derivative(x: Any, u: Any, p: Any, work: Any, dx: Any, out: Any) -> None:  #
     swing = p["mass"] * lower * p["payload_arm"]
     ix, iy, iz = p["inertia"][0] + swing, p["inertia"][1] + swing, p["inertia"][2]
 
-    blow = rotor_sum(x, u, air, p["rotor_z"] - lower, p, sums, dx)
+    blow = rotor_sum(x, u, p["rotor_z"] - lower, p, sums, dx)
     px, py, pz = sums[TORQUE_SUM] * u[GAIN], sums[TORQUE_SUM + 1] * u[GAIN + 1], sums[TORQUE_SUM + 2] * u[GAIN + 2]
     sums[TORQUE_SUM], sums[TORQUE_SUM + 1], sums[TORQUE_SUM + 2] = 0.0, 0.0, 0.0
-    wing_sum(air, turn, blow, p["wing_z"] - lower, p, sums)
+    wing_sum(blow, p["wing_z"] - lower, p, sums)
 
     # The paper's d enters where u_e does: through the rotors' lag, but without their limits.
     for i in range(3):
@@ -206,20 +207,20 @@ def derivative(x: Any, u: Any, p: Any, work: Any, dx: Any, out: Any) -> None:  #
 @compiled
 def step(x: Any, u: Any, p: Any, h: float, work: Any, out: Any) -> None:
     """Advance the state `x` by `h` seconds with the inputs held: classical Runge–Kutta, then unit quaternion."""
-    k, between, dx = work[3], work[4], work[5]
-    derivative(x, u, p, work, dx, out)
+    sums, k, between, dx = work[0], work[1], work[2], work[3]
+    derivative(x, u, p, sums, dx, out)
     for i in range(STATES):
         k[i] = dx[i]
         between[i] = x[i] + 0.5 * h * dx[i]
-    derivative(between, u, p, work, dx, out)
+    derivative(between, u, p, sums, dx, out)
     for i in range(STATES):
         k[i] += 2.0 * dx[i]
         between[i] = x[i] + 0.5 * h * dx[i]
-    derivative(between, u, p, work, dx, out)
+    derivative(between, u, p, sums, dx, out)
     for i in range(STATES):
         k[i] += 2.0 * dx[i]
         between[i] = x[i] + h * dx[i]
-    derivative(between, u, p, work, dx, out)
+    derivative(between, u, p, sums, dx, out)
     for i in range(STATES):
         x[i] += h / 6.0 * (k[i] + dx[i])
     w, a, b, c = x[QUATERNION], x[QUATERNION + 1], x[QUATERNION + 2], x[QUATERNION + 3]
@@ -236,7 +237,7 @@ def sample(x: Any, u: Any, before: Any, params: Any, dt: float, steps: int, work
     rest of the sample passes in `steps` equal steps. `before` is then the new ones.
     """
     p = params[0]
-    new = work[6]
+    new = work[4]
     for i in range(7):
         new[i] = u[i]
         u[i] = before[i]

@@ -43,3 +43,6 @@ OUTPUTS = 9
 FORCE = 0
 TORQUE_SUM = 3
 SPIN = 6  # angular momentum of the rotors, kg m²/s
+AIR = 9  # velocity through the air, m/s
+TURN = 12  # rate through the air, rad/s
+SUMS = 15

@@ -30,6 +30,7 @@ from sitl.tailsitter.layout import (
     RATE,
     ROTOR,
     STATES,
+    SUMS,
     WALL,
     WIND,
 )
@@ -126,8 +127,8 @@ def _inputs(commands: Array, wind: tuple[float, ...], payload_kg: float) -> Arra
 def _accelerations(p: Parameters, wind: tuple[float, ...], payload_kg: float, unknown: Array) -> Array:
     """Linear and angular acceleration of a hover with these unknowns; shape (6,)."""
     state, commands = _hovering(p, unknown)
-    rates, out, work = np.zeros(STATES), np.zeros(OUTPUTS), workspace()
-    derivative(state, _inputs(commands, wind, payload_kg), p.record()[0], work, rates, out)
+    rates, out, sums = np.zeros(STATES), np.zeros(OUTPUTS), np.zeros(SUMS)
+    derivative(state, _inputs(commands, wind, payload_kg), p.record()[0], sums, rates, out)
     return np.concatenate([out[ACCELERATION : ACCELERATION + 3], rates[RATE : RATE + 3]])
 
 

@@ -24,6 +24,7 @@ from sitl.tailsitter.layout import (
     RATE,
     ROTOR,
     STATES,
+    SUMS,
     VELOCITY,
     WALL,
 )
@@ -133,12 +134,12 @@ def test_the_integrator_is_of_fourth_order():
 def test_a_payload_adds_its_weight_and_swings_below():
     u, loaded = inputs(), inputs()
     loaded[PAYLOAD] = 0.4
-    x, record, work = np.zeros(STATES), NOTHING.record()[0], workspace()
+    x, record, sums = np.zeros(STATES), NOTHING.record()[0], np.zeros(SUMS)
     x[QUATERNION] = 1.0
     rates, out = np.zeros((2, STATES)), np.zeros(OUTPUTS)
     for v, r in zip((u, loaded), rates, strict=True):
         v[MOMENT : MOMENT + 3] = 1.0
-        derivative(x, v, record, work, r, out)
+        derivative(x, v, record, sums, r, out)
     ix, iy, iz = P.inertia
     pair = P.mass * 0.4 / (P.mass + 0.4) * P.payload_arm**2  # reduced mass times distance squared
     np.testing.assert_allclose(rates[0, RATE : RATE + 3], [1 / ix, 1 / iy, 1 / iz])
@@ -169,16 +170,16 @@ def test_commands_reach_the_rotors_after_the_delay_and_not_before():
 
 
 def test_a_lost_rotor_pulls_to_its_side_and_half_a_gain_halves_the_torque():
-    x, record, work, out = np.zeros(STATES), P.record()[0], workspace(), np.zeros(OUTPUTS)
+    x, record, sums, out = np.zeros(STATES), P.record()[0], np.zeros(SUMS), np.zeros(OUTPUTS)
     x[QUATERNION], x[POSITION + 2] = 1.0, -20.0
     x[ROTOR : ROTOR + 4] = 690.0
     lost, half = inputs(), inputs()
     lost[EFFECTIVENESS] = half[EFFECTIVENESS] = 0.0
     half[GAIN : GAIN + 3] = 0.5
     rates = np.zeros((2, STATES))
-    derivative(x, lost, record, work, rates[0], out)
+    derivative(x, lost, record, sums, rates[0], out)
     assert rates[0, RATE] > 0.0  # front right is gone: the right side falls
     assert rates[0, RATE + 1] < 0.0  # and so does the front
     assert out[ACCELERATION + 2] > 0.0
-    derivative(x, half, record, work, rates[1], out)
+    derivative(x, half, record, sums, rates[1], out)
     assert rates[1, RATE] == pytest.approx(0.5 * rates[0, RATE], rel=1e-6)
