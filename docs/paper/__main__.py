@@ -8,7 +8,7 @@ from dob_companion.demo import Demo, fly_demo
 from dob_companion.demo.screen import PlainScreen
 from dob_companion.report.draw import standalone
 from dob_companion.synthesis import design_from_toml
-from docs.paper import frequency, hover
+from docs.paper import frequency, hover, sweep
 from docs.paper.page import page
 from docs.paper.section import Section
 
@@ -27,6 +27,7 @@ def make(work: Path) -> list[Section]:
     for name, spec in (("hover", SPEC), ("tuned", TUNED)):
         fly_demo(Demo(spec, work / name, seed=1, fast=True), PlainScreen())
     return [
+        sweep.section(work / "sweep"),
         *frequency.sections(design_from_toml(no_delay(), str(SPEC))),
         *hover.sections(work / "hover", work / "tuned"),
     ]
