@@ -8,7 +8,7 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -99,11 +99,11 @@ def target(stamp: int) -> mav.MAVLink_message:
 
 
 @contextlib.contextmanager
-def companion(directory: Path, design: DobDesign) -> Iterator[Peer]:
-    """`dob-companion run`, the real program."""
+def companion(directory: Path, design: DobDesign, program: Sequence[str] = ("-m", "dob_companion")) -> Iterator[Peer]:
+    """`dob-companion run`, the real program, as Python is told to start it."""
     path, port = directory / "design.json", free_port()
     path.write_text(dumps(design)[0], encoding="utf-8")
-    command = [sys.executable, "-m", "dob_companion", "run", "--design", str(path), "--link", f"udpin:127.0.0.1:{port}"]
+    command = [sys.executable, *program, "run", "--design", str(path), "--link", f"udpin:127.0.0.1:{port}"]
     with _running(command, lambda process: _line_with(process.stderr, "listening") and port) as peer:
         yield peer
 

@@ -1,5 +1,7 @@
 """Pages that are printed from the code say what the code says."""
 
+import re
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -22,3 +24,14 @@ def test_the_contract_lists_every_parameter_with_its_default_and_range():
             assert float(default) == spec.default
             low, high = values.replace("…", ",").split(",")
             assert (float(low), float(high)) == (spec.low, spec.high)
+
+
+def test_every_measurement_that_a_page_quotes_is_what_its_command_prints_in_form():
+    quoted = re.findall(
+        r"^```\n\$ python -m bench (\w+)\n(\w+): (.*)\n(?:  .*\n)+```$",
+        "".join(page.read_text(encoding="utf-8") for page in sorted(HERE.glob("*.md"))),
+        flags=re.MULTILINE,
+    )
+    assert {name for name, _, _ in quoted} == {"saturation", "view"}
+    for name, title, line in quoted:
+        assert (title, line) == (name, import_module(f"bench.{name}").__doc__.partition("\n")[0])
