@@ -16,6 +16,9 @@ DT_US = round(DT * 1e6)
 START_US = 10_000_000
 """Stamp of sample 0, µs: not zero, so that an empty field is never mistaken for a time."""
 
+TAKEN_OFF = 0.9
+"""Share of the altitude asked for at which a take-off is over; sinking below it later is no second one."""
+
 _SINGLES = struct.Struct("<3f")
 
 
@@ -56,6 +59,7 @@ class Vehicle:
         self.attitude_command: Quaternion = LEVEL
         self.armed = False
         self.landing = False
+        self.taking_off = False
         self.target_altitude: float | None = None
         self.gyro = Gyro()
         self.position_hold = airframe.tuning.position_hold
@@ -75,11 +79,11 @@ class Vehicle:
 
     def disarm(self) -> None:
         """Stop the motors at once, wherever it is."""
-        self.armed, self.landing, self.target_altitude = False, False, None
+        self.armed, self.landing, self.taking_off, self.target_altitude = False, False, False, None
 
     def take_off(self, altitude: float) -> None:
         """Climb to `altitude` metres and stay. Needs an armed vehicle."""
-        self.target_altitude, self.landing = altitude, False
+        self.target_altitude, self.landing, self.taking_off = altitude, False, not self.flying
 
     def land(self) -> None:
         """Come down; it disarms itself on the ground."""
@@ -102,6 +106,8 @@ class Vehicle:
             u_e, thrust = frame.allocate(asked, thrust)
             u_e = _single(*u_e)
         frame.advance(u_e, thrust, around)
+        if self.taking_off and self.target_altitude is not None:
+            self.taking_off = frame.altitude < TAKEN_OFF * self.target_altitude
         if self.landing and frame.on_ground:
             self.disarm()
         return Sample(

@@ -98,8 +98,7 @@ def landed_state(v: Vehicle) -> int:
         return int(mavlink.MAV_LANDED_STATE_ON_GROUND)
     if v.landing:
         return int(mavlink.MAV_LANDED_STATE_LANDING)
-    climbing = v.target_altitude is not None and v.airframe.altitude < 0.9 * v.target_altitude
-    return int(mavlink.MAV_LANDED_STATE_TAKEOFF if climbing else mavlink.MAV_LANDED_STATE_IN_AIR)
+    return int(mavlink.MAV_LANDED_STATE_TAKEOFF if v.taking_off else mavlink.MAV_LANDED_STATE_IN_AIR)
 
 
 def _extended_sys_state(v: Vehicle, _: Sample) -> Message:
