@@ -13,6 +13,7 @@ from sitl.sweep.estimate import Response
 from sitl.sweep.fit import BAND, fit_rate_axis, response_of
 from sitl.sweep.identify import Identified, acceleration, modes
 
+SHOWN_FROM_RAD_S = 2.0  # slower than that, twelve seconds of period hold too little
 FLEXIBLE_RAD_S = (50.0, 600.0)
 Curves = tuple[tuple[str, Array, np.ndarray, str, bool], ...]
 
@@ -63,18 +64,30 @@ def _swept(directory: Path, *options: str) -> Identified:
 
 
 def _chart(rigid: Identified, flexible: Identified) -> Chart:
-    w = rigid.response.frequency
+    w, measured = _shown(rigid)
     curves: Curves = (
         ("paper, (11)", w, response_of(PITCH, w), "truth", False),
-        ("measured, with flexible modes", flexible.response.frequency, flexible.response.value, "extra", False),
-        ("measured", w, rigid.response.value, "on", False),
+        ("measured, with flexible modes", *_shown(flexible), "extra", False),
+        ("measured", w, measured, "on", False),
         ("fit, 4…50 rad/s", w, response_of(rigid.fit.model, w), "off", True),
     )
     level = [_curve(c, 20.0 * np.log10(np.abs(c[2]))) for c in curves]
-    phase = [_curve(c, np.degrees(np.unwrap(np.angle(c[2])))) for c in curves]
+    phase = [_curve(c, _degrees(c[1], c[2])) for c in curves]
     panels = (_panel(0, w, "magnitude", "dB", 20.0, level), _panel(1, w, "phase", "°", 90.0, phase))
     return Chart("fig06", "Frequency response of the tail-sitter in pitch: measured, fitted, and the paper's (11).",
                  panels, 1120, 520, row_heights=(1.4, 1.0))  # fmt: skip
+
+
+def _shown(one: Identified) -> tuple[Array, np.ndarray]:
+    kept = one.response.frequency >= SHOWN_FROM_RAD_S
+    return one.response.frequency[kept], one.response.value[kept]
+
+
+def _degrees(w: Array, value: np.ndarray) -> Array:
+    """Phase, counted on from that of (11), so that noise cannot turn it by a whole circle."""
+    model = response_of(PITCH, w)
+    phase: Array = np.degrees(np.unwrap(np.angle(model)) + np.angle(value / model))
+    return phase
 
 
 def _curve(one: tuple[str, Array, np.ndarray, str, bool], y: Array) -> Curve:
