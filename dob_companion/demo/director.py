@@ -27,12 +27,13 @@ TURN_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Demo:
-    """What to fly: the spec, where results go, the seed, and whether the clock is lockstep."""
+    """What to fly: the spec, where results go, the seed, whether the clock is lockstep, and the vehicle's scenario."""
 
     spec: Path
     out: Path
     seed: int
     fast: bool
+    scenario: str = "paper"
 
     @property
     def clock(self) -> str:
@@ -61,9 +62,7 @@ def fly_demo(demo: Demo, screen: Screen) -> tuple[dict[str, Any], int]:
 
     Raises FlightFailedError when a process ends before the flight is complete.
     """
-    make_directory(demo.out)
-    design = _design(demo, screen)
-    _fly(demo, screen)
+    design = fly(demo, screen)
     result: dict[str, Any] = json.loads(read_text(demo.out / "result.json"))
     screen.act("report", "drawing the paper's figures from this flight")
     trace = FlightTrace.from_bytes(read_bytes(demo.out / "flight.npz"), str(demo.out / "flight.npz"))
@@ -71,6 +70,14 @@ def fly_demo(demo: Demo, screen: Screen) -> tuple[dict[str, Any], int]:
     write_bytes(demo.out / "flight.png", hero_png(trace, result))
     screen.done()
     return result, design.delay_samples
+
+
+def fly(demo: Demo, screen: Screen) -> DobDesign:
+    """The demo without its report: design.json, flight.npz and result.json. Raises FlightFailedError."""
+    make_directory(demo.out)
+    design = _design(demo, screen)
+    _fly(demo, screen)
+    return design
 
 
 def _design(demo: Demo, screen: Screen) -> DobDesign:
@@ -87,7 +94,7 @@ def _fly(demo: Demo, screen: Screen) -> None:
     screen.act("flight", f"vehicle and companion as two processes over UDP, {demo.clock}")
     companion_log, vehicle_log = demo.out / "companion.log", demo.out / "vehicle.log"
     companion_url = f"udpin:127.0.0.1:{companion_port}"
-    vehicle_arguments = ["paper", "--clock", demo.clock, "--seed", str(demo.seed), "--await-arming"]
+    vehicle_arguments = [demo.scenario, "--clock", demo.clock, "--seed", str(demo.seed), "--await-arming"]
     vehicle_arguments += ["--link", f"udpout:127.0.0.1:{companion_port}", "--gcs", f"udpout:127.0.0.1:{ground_port}"]
     vehicle_arguments += ["-o", str(demo.out)]
     design = str(demo.out / "design.json")

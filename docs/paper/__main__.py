@@ -4,11 +4,11 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from dob_companion.demo import Demo, fly_demo
+from dob_companion.demo import Demo, fly
 from dob_companion.demo.screen import PlainScreen
 from dob_companion.report.draw import standalone
 from dob_companion.synthesis import design_from_toml
-from docs.paper import frequency, hover, sweep
+from docs.paper import frequency, hover, rod, sweep
 from docs.paper.page import page
 from docs.paper.section import Section
 
@@ -24,12 +24,13 @@ def no_delay() -> str:
 
 def make(work: Path) -> list[Section]:
     """Every section, from the paper's numbers alone; flights and sweeps leave their files in `work`."""
-    for name, spec in (("hover", SPEC), ("tuned", TUNED)):
-        fly_demo(Demo(spec, work / name, seed=1, fast=True), PlainScreen())
+    for name, spec, scenario in (("hover", SPEC, "paper"), ("tuned", TUNED, "paper"), ("rod", SPEC, "rod")):
+        fly(Demo(spec, work / name, seed=1, fast=True, scenario=scenario), PlainScreen())
     return [
         sweep.section(work / "sweep"),
         *frequency.sections(design_from_toml(no_delay(), str(SPEC))),
         *hover.sections(work / "hover", work / "tuned"),
+        *rod.sections(work / "rod"),
     ]
 
 

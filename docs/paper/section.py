@@ -27,6 +27,8 @@ class Number:
     @property
     def accepted(self) -> str:
         """The bounds in words."""
+        if self.low is None and self.high is None:
+            return "–"
         if self.low is not None and self.high is not None:
             return f"{self.low:g} … {self.high:g}"
         return f"≥ {self.low:g}" if self.low is not None else f"≤ {self.high:g}"
