@@ -79,9 +79,9 @@ def scatter(groups: Groups, name: str, title: str) -> str:
                 key = f"rms_ratio_{axis}"
                 shown = [row for row in rows if row[key] is not None]
                 x, y = [row[name] for row in shown], [row[key] for row in shown]
-                axes.plot(x, y, "o", ms=3.0, mew=0, alpha=0.7, color=COLOURS[i % len(COLOURS)], label=label)
+                axes.plot(x, y, "o", ms=4.5, mew=0, alpha=0.7, color=COLOURS[i % len(COLOURS)], label=label)
             axes.set_title(axis, loc="left", fontsize=11.5)
-            axes.set_ylim(bottom=0.0)
+        panels[0].set_ylim(bottom=0.0)
         panels[0].set_ylabel("RMS off / on")
         panels[1].set_xlabel(title)
         if len(groups) <= len(COLOURS):

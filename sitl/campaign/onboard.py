@@ -19,6 +19,7 @@ from sitl.flight import Flight
 from sitl.imu import Gyro
 from sitl.vehicle import Sample
 from sitl.wire.messages import landed_state
+from sitl.wire.stamping import Stamping
 
 REPORT_EVERY = 125
 """Samples between two reports of the vehicle on itself (armed, in the air): half a second."""
@@ -31,7 +32,8 @@ class Onboard:
     """One companion for one flight: call `sample` with each sample flown.
 
     With `prompt` there is no link: a sample is answered while it is being flown, between gyro and controller, and the
-    correction acts in it, at an age of 0. A link answers after it, at an age of 1 or more.
+    correction acts in it, at an age of 0; stamps are exact then. A link answers after it, at an age of 1 or more, under
+    the stamps that the vehicle's clock makes.
     """
 
     def __init__(self, design: DobDesign, parameters: Mapping[str, float], flight: Flight, *, prompt: bool) -> None:
@@ -40,6 +42,7 @@ class Onboard:
         self._flight = flight
         self._samples = self._answered = 0
         self._prompt = prompt
+        self._stamping = Stamping(None if prompt else flight.scenario.clock, flight.seed)
         if prompt:
             gyro = flight.vehicle.gyro
             flight.vehicle.gyro = _Tapped(gyro.bias, gyro.latency, gyro.quantum, heard=self._answer)
@@ -61,22 +64,23 @@ class Onboard:
 
     def sample(self, sample: Sample) -> None:
         """Hear of a sample that was flown, and answer it unless the link loses it."""
-        flight, stamp = self._flight, sample.stamp_us
+        flight, loop, said = self._flight, self._loop, self._stamping.stamped(sample)
+        now = sample.stamp_us * 1e-6
         if self._samples % REPORT_EVERY == 0:
-            self._loop.watch.regime.heartbeat(flight.vehicle.armed, stamp * 1e-6)
-            self._loop.watch.flight_state(FlightState(landed_state(flight.vehicle), forward=False))
+            loop.watch.regime.heartbeat(flight.vehicle.armed, now)
+            loop.watch.flight_state(FlightState(landed_state(flight.vehicle), forward=False))
         self._samples += 1
-        if self._prompt:
-            flight.log.answer(stamp)  # given already, before there was a row to note it in
-        elif flight.channel.pair_lost:
+        if flight.channel.pair_lost and not self._prompt:
             return
-        answer = self._loop.answer if self._prompt else self._loop.gyro(GyroSample(stamp, sample.gyro), stamp * 1e-6)
-        self._tell(stamp)
+        answer = None if self._prompt else loop.gyro(GyroSample(said.stamp_us, sample.gyro), now)
+        self._tell(sample.stamp_us)
         thrust = _SINGLE.unpack(_SINGLE.pack(sample.thrust))[0]
         contained = _SINGLES.unpack(_SINGLES.pack(*sample.correction))
-        self._loop.moment(AppliedMoment(stamp, sample.u_e, thrust, contained, float(sample.age)))
-        self._loop.take_transitions()
-        if answer is not None and not self._prompt:
+        loop.moment(AppliedMoment(said.stamp_us, sample.u_e, thrust, contained, float(sample.age)))
+        loop.take_transitions()
+        if self._prompt:
+            flight.log.answer(sample.stamp_us)  # given already, before there was a row to note it in
+        elif answer is not None:
             self._give(answer)
 
     def _answer(self, gyro: Vector) -> None:
@@ -87,7 +91,8 @@ class Onboard:
             self._give(answer)
 
     def _give(self, answer: Answer) -> None:
-        self._flight.answer(answer.stamp_us, _SINGLES.unpack(_SINGLES.pack(*answer.correction)))
+        correction = _SINGLES.unpack(_SINGLES.pack(*answer.correction))
+        self._flight.answer(self._stamping.exact(answer.stamp_us), correction)
 
     def _tell(self, stamp_us: int) -> None:
         """The daemon's telemetry, of which the vehicle records the state."""

@@ -57,8 +57,20 @@ def render(directory: Directory, rows: list[Row]) -> str:
         names=names,
         groups=summary["groups"],
         figures=[Markup(svg) for svg in figures if svg] if whole else [],
-        worst=[{**row, "command": _command(directory, row["flight"])} for row in summary["worst"]],
+        worst=[
+            {**row, "command": _command(directory, row["flight"]), "story": _story(row)} for row in summary["worst"]
+        ],
     )
+
+
+def _story(row: Row) -> str:
+    """What happened, in words."""
+    if row["outcome"] != "complete":
+        return str(row["reason"])
+    words = [f"{row['state']}: {row['reason']}" if row["reason"] else row["state"]]
+    if row["missed"]:
+        words.append(f"missed {row['missed']}")
+    return "; ".join(words)
 
 
 def _lead(summary: dict[str, Any]) -> str:
@@ -98,7 +110,7 @@ def _facts(directory: Directory) -> list[tuple[str, str]]:
 
 
 def _words(values: Values) -> str:
-    return _range(values) + " of the designed"
+    return "as designed" if values == (1.0,) else _range(values) + " of the designed"
 
 
 def _range(values: Values) -> str:

@@ -127,7 +127,7 @@ def _with_lag(axis: RateAxis, factor: float) -> RateAxis:
     if factor == 1.0:
         return axis
     pole = axis.pole**factor
-    return RateAxis(axis.gain * (1.0 - pole) / (1.0 - axis.pole), axis.zero, pole)
+    return replace(axis, gain=axis.gain * (1.0 - pole) / (1.0 - axis.pole), pole=pole)
 
 
 @lru_cache(maxsize=64)
@@ -155,7 +155,7 @@ def row_of(job: Job, craft: Craft) -> Row:
     row |= {"delay_samples": result["delay_samples"], "injecting": float(np.any(correction > 0.0, axis=1).mean())}
     found = judge(job.scenario.checks, arrays, craft.flight.delay_samples)
     missed = [verdict.name for verdict in found if not verdict.passed]
-    row |= {"checks": len(found), "checks_failed": len(missed), "reason": "; ".join(missed) or row["reason"]}
+    row |= {"checks": len(found), "checks_missed": len(missed), "missed": "; ".join(missed)}
     for i, axis in enumerate(AXES):
         numbers = result["axes"][axis]
         row |= {f"{name}_{axis}": numbers[name] for name in MEASURES}

@@ -40,7 +40,8 @@ SCHEMA = pa.schema(
         ("delay_samples", pa.int32()),
         ("injecting", pa.float64()),
         ("checks", pa.int32()),
-        ("checks_failed", pa.int32()),
+        ("checks_missed", pa.int32()),
+        ("missed", pa.string()),
         *((f"{name}_{axis}", pa.float64()) for axis in AXES for name in (*MEASURES, "max_correction")),
     ]
 )

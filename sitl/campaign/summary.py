@@ -33,7 +33,7 @@ def summarize(directory: Directory, rows: list[Row]) -> Summary:
         "flights": len(directory.flights),
         "flown": len(rows),
         "failed": sum(row["outcome"] != "complete" for row in rows),
-        "missed": sum(bool(row["checks_failed"]) for row in rows),
+        "missed": sum(bool(row["checks_missed"]) for row in rows),
         "groups": [
             {"inputs": dict(zip(names, values, strict=True)), **_distributions(members)}
             for values, members in groups.items()
@@ -63,7 +63,7 @@ def worst(rows: Iterable[Row], most: int = WORST) -> list[Row]:
 def _merit(row: Row) -> tuple[bool, int, float, int]:
     failed = row["outcome"] != "complete"
     ratios = [row[name] for axis in AXES if row.get(name := f"rms_ratio_{axis}") is not None]
-    return not failed, -(row["checks_failed"] or 0), min(ratios, default=inf), row["flight"]
+    return not failed, -(row["checks_missed"] or 0), min(ratios, default=inf), row["flight"]
 
 
 def _distributions(rows: list[Row]) -> dict[str, Any]:
@@ -71,7 +71,7 @@ def _distributions(rows: list[Row]) -> dict[str, Any]:
     result: dict[str, Any] = {
         "flights": len(rows),
         "failed": len(rows) - len(whole),
-        "missed": sum(bool(row["checks_failed"]) for row in whole),
+        "missed": sum(bool(row["checks_missed"]) for row in whole),
     }
     if whole:
         result["injecting"] = min(row["injecting"] for row in whole)

@@ -30,6 +30,11 @@ at_s = 0.5
 answers_lost = 0.1
 pairs_lost = 0.02
 jitter_samples = 2
+
+[clock]
+grid_us = 2500
+jitter_us = 50
+skew_ppm = 4000
 """
 
 
@@ -61,12 +66,15 @@ def over_the_wire(design, scenario, seed, delay, out):
     command += ["--delay", str(delay), "--no-figure"]
     command += ["--link", f"udpout:127.0.0.1:{port}", "--gcs", station.url]
     with daemon(design, port), subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as vehicle:
-        deadline = monotonic() + 60.0
-        while vehicle.poll() is None:
-            assert monotonic() < deadline
-            ready, _, _ = select.select([station.socket], [], [], 0.1)
-            for message in station.receive() if ready else ():
-                if message.get_type() == "STATUSTEXT" and message.text == "sitl: waiting for DOB_ENABLE=1":
-                    station.send(mavlink.MAVLink_param_set_message(1, 191, b"DOB_ENABLE", 1.0, 9))
-        assert vehicle.returncode == 0, vehicle.stderr.read()
+        try:
+            deadline = monotonic() + 60.0
+            while vehicle.poll() is None:
+                assert monotonic() < deadline
+                ready, _, _ = select.select([station.socket], [], [], 0.1)
+                for message in station.receive() if ready else ():
+                    if message.get_type() == "STATUSTEXT" and message.text == "sitl: waiting for DOB_ENABLE=1":
+                        station.send(mavlink.MAVLink_param_set_message(1, 191, b"DOB_ENABLE", 1.0, 9))
+            assert vehicle.returncode == 0, vehicle.stderr.read()
+        finally:
+            vehicle.kill()
     station.socket.close()
