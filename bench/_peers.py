@@ -1,4 +1,4 @@
-"""Processes that answer a datagram on loopback: the daemon, a bare echo in C, MAVSDK; and what they use meanwhile."""
+"""Processes that answer a datagram on loopback: the daemon, bare echoes in C and Python, MAVSDK; and what they use."""
 
 import contextlib
 import os
@@ -118,6 +118,14 @@ def c_echo(directory: Path) -> Iterator[Peer | None]:
     program = directory / "echo"
     subprocess.run([compiler, "-O2", "-o", str(program), str(HERE / "echo.c")], check=True)
     with _running([str(program), str(ANSWER_BYTES)], lambda process: int(process.stdout.readline())) as peer:
+        yield peer
+
+
+@contextlib.contextmanager
+def python_echo() -> Iterator[Peer]:
+    """bench/_echo.py."""
+    command = [sys.executable, "-m", "bench._echo", str(ANSWER_BYTES)]
+    with _running(command, lambda process: int(process.stdout.readline())) as peer:
         yield peer
 
 

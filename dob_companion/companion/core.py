@@ -10,6 +10,7 @@ correction runs on the vehicle's stamps (`dob`), so the companion behaves the sa
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from dob_companion import __version__
@@ -102,6 +103,8 @@ class Companion:
         self, design: DobDesign, config: CompanionConfig | None = None, *, now: float = 0.0, datagrams: bool = True
     ) -> None:
         config = config or CompanionConfig()
+        self.newborn: Callable[[], Companion] = lambda: Companion(design, config, now=now, datagrams=datagrams)
+        """Builds a companion as this one was before it had heard anything."""
         self.parameters = Parameters(config.parameters)
         self.loop = DobLoop(design, self.parameters, config.regime)
         self.load = ComputerLoad()
@@ -165,6 +168,11 @@ class Companion:
     def vehicle(self) -> int | None:
         """System id of the vehicle that is obeyed; None while none has been heard."""
         return self._codec.system
+
+    @property
+    def next_sample(self) -> float:
+        """When the next gyro sample is to be expected."""
+        return self._heard_gyro + self.loop.dt
 
     def close(self, now: float) -> None:
         """Begin to leave: fade out, then a zero as the last message, then `closed` is True."""

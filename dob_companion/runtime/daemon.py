@@ -16,6 +16,7 @@ from dob_companion.errors import NoVehicleError
 from dob_companion.mavlink import ComputerLoad, Severity
 from dob_companion.runtime.links import Link
 from dob_companion.runtime.priority import real_time
+from dob_companion.runtime.rehearsal import Rehearsal
 
 EXIT_INTERRUPTED = 130
 LONGEST_WAIT_S = 0.2
@@ -89,7 +90,8 @@ def serve(
     next_status = next_load = started
     witness = witness or Witness()
     with real_time() as scheduling, Stop().installed() as stop:
-        on_event(Event.info(scheduling))
+        on_event(Event.info(scheduling.words))
+        rehearsal = Rehearsal(companion) if scheduling.real_time else None
         on_event(Event.info(ready))  # only now does a signal end in a fade
         while not companion.closed:
             now = time.monotonic()
@@ -105,9 +107,8 @@ def serve(
             if on_status and now >= next_status:
                 on_status(companion.status())
                 next_status = now + status_every_s
-            woke = _turn(
-                companion, link, stop, witness, min(next_status if on_status else now + LONGEST_WAIT_S, give_up_at)
-            )
+            until = min(next_status if on_status else now + LONGEST_WAIT_S, give_up_at)
+            woke = _turn(companion, link, stop, witness, rehearsal, until)
             took = time.monotonic() - woke
             for event in companion.events():
                 on_event(event)
@@ -116,15 +117,22 @@ def serve(
     return EXIT_INTERRUPTED if stop.signal == signal.SIGINT else 0
 
 
-def _turn(companion: Companion, link: Link, stop: Stop, witness: Witness, until: float) -> float:
+def _turn(
+    companion: Companion, link: Link, stop: Stop, witness: Witness, rehearsal: Rehearsal | None, until: float
+) -> float:
     """Wait for the link, a signal or a deadline; then let the companion work and send what it says.
 
     Returns when the wait ended.
     """
     now = time.monotonic()
-    wait = max(0.0, min(companion.next_deadline(), until, now + LONGEST_WAIT_S) - now)
-    waited = [end for end in (link, stop) if end.fileno() >= 0]
-    ready, _, _ = select.select(waited, [], [], wait)
+    until = min(companion.next_deadline(), until, now + LONGEST_WAIT_S)
+    ends = [end for end in (link, stop) if end.fileno() >= 0]
+    ready: list[Link | Stop] = []
+    if rehearsal and now < rehearsal.due < until:
+        ready = _ready(ends, rehearsal.due)
+        if not ready:
+            rehearsal.run()
+    ready = ready or _ready(ends, until)
     now = time.monotonic()
     if stop in ready:
         stop.drain()
@@ -133,10 +141,18 @@ def _turn(companion: Companion, link: Link, stop: Stop, witness: Witness, until:
             companion.receive(data, now)
             witness.received(data, now)
             _flush(companion, link, witness)
+            if rehearsal:
+                rehearsal.heard(data, now)
     companion.advance(now)
     witness.advanced(now)
     _flush(companion, link, witness)
     return now
+
+
+def _ready(ends: list[Link | Stop], until: float) -> list[Link | Stop]:
+    """Wait for one of the ends; those that have something to say."""
+    ready, _, _ = select.select(ends, [], [], max(0.0, until - time.monotonic()))
+    return ready
 
 
 def _flush(companion: Companion, link: Link, witness: Witness) -> None:

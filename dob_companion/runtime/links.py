@@ -89,8 +89,10 @@ class UdpLink:
     def write(self, data: bytes) -> None:
         """Send one datagram to the peer, if one is known."""
         if self._peer is not None:
-            with contextlib.suppress(OSError):
+            try:  # not `suppress`: three calls more between an answer and its way out
                 self._socket.sendto(data, self._peer)
+            except OSError:
+                return
 
     def close(self) -> None:
         """Close the socket."""
