@@ -10,7 +10,7 @@ from typing import Protocol
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, down_component, rotated_by_rate
 from sitl.condition import Condition
 from sitl.surroundings import Surroundings
-from sitl.tuning import PITCH_PID, RateGains, Tuning
+from sitl.tuning import RATE_PIDS, Tuning
 
 DT = 0.004
 """Sample time, s: the paper's attitude loop runs at 250 Hz (beside Eq. (10))."""
@@ -44,24 +44,15 @@ class RateAxis:
 PITCH = RateAxis(gain=0.14131, zero=-1.716, pole=0.9447)
 """Paper, Eq. (11)."""
 
-ROLL_GAIN, YAW_GAIN = 0.60, 0.35
-"""Gain of roll and yaw relative to pitch. The paper gives no models for them: guesses, the same numbers as in
-`examples/tailsitter_paper.toml`. In hover, roll turns the whole wing span and yaw is rotor drag and slipstream over
-the wing, so both answer more slowly than pitch."""
+ROLL = RateAxis(gain=-0.0731, zero=2.777, pole=0.9449)
+YAW = RateAxis(gain=0.41, zero=0.887, pole=0.9416, slow=0.99836)
+"""The tail-sitter's own, from the frequency sweep through MAVLink that gives (11) for pitch (docs/identification.md).
 
-ROLL = RateAxis(gain=ROLL_GAIN * PITCH.gain, zero=PITCH.zero, pole=PITCH.pole)
-YAW = RateAxis(gain=YAW_GAIN * PITCH.gain, zero=PITCH.zero, pole=PITCH.pole)
+The canted rotors' inertia reacts when they change speed: against roll, which is 3.8 ms later than pitch (its zero has
+gone through infinity to the positive axis), and along with yaw, which answers at once. The wing damps yaw.
+"""
 
-
-# The plant's gain is smaller on roll and yaw, the controller's larger: all three loops are the paper's pitch loop.
-LINEAR_TUNING = Tuning(
-    rate=(
-        RateGains(PITCH_PID.gain / ROLL_GAIN, PITCH_PID.zeros),
-        PITCH_PID,
-        RateGains(PITCH_PID.gain / YAW_GAIN, PITCH_PID.zeros),
-    ),
-    hover_thrust=HOVER_THRUST,
-)
+LINEAR_TUNING = Tuning(rate=RATE_PIDS, hover_thrust=HOVER_THRUST)
 
 
 class Airframe(Protocol):

@@ -23,8 +23,8 @@ from sitl.tailsitter.layout import (
 )
 from sitl.tailsitter.parameters import Parameters
 from sitl.tailsitter.trim import trim
-from sitl.tailsitter.tuning import ALTITUDE_INTEGRAL, RATE_PIDS
-from sitl.tuning import Tuning
+from sitl.tailsitter.tuning import ALTITUDE_INTEGRAL
+from sitl.tuning import RATE_PIDS, Tuning
 
 _PACK = struct.Struct(f"{INPUTS}d")
 _NO_AXIS = -1.0

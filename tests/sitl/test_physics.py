@@ -44,7 +44,7 @@ def test_a_linear_axis_is_the_transfer_function_it_names(axis):
     u = np.random.default_rng(1).standard_normal(2000)
     model = LinearAxis(axis)
     y = [model.rate] + [model.advance(v) for v in u[:-1]]
-    expected = lfilter(axis.gain * np.array([0.0, 1.0, -axis.zero]), np.poly([1.0, axis.pole]), u)
+    expected = lfilter(axis.gain * np.array([0.0, 1.0, -axis.zero]), np.poly([axis.slow, axis.pole]), u)
     np.testing.assert_allclose(y, expected, rtol=1e-9, atol=1e-12)
 
 
@@ -73,9 +73,16 @@ def test_the_rate_loop_answers_a_disturbance_as_the_reference_table_says(hertz, 
     assert 20 * math.log10(abs(g[0] / (1 + g[0] * c[0]))) == pytest.approx(decibel, abs=0.06)
 
 
-def test_all_three_loops_are_the_same_loop():
-    for axis, gains in zip((ROLL, PITCH, YAW), LINEAR_TUNING.rate, strict=True):
-        assert axis.gain * gains.gain == pytest.approx(PITCH.gain * PITCH_PID.gain)
+@pytest.mark.parametrize(("axis", "hertz", "degrees"), [(0, 5.4, 58.6), (1, 14.2, 49.0), (2, 3.1, 73.0)])
+def test_each_rate_loop_crosses_over_where_it_was_tuned_to(axis, hertz, degrees):
+    model, pid = (ROLL, PITCH, YAW)[axis], LINEAR_TUNING.rate[axis]
+    f = np.linspace(0.5, 40.0, 20_000)
+    z = np.exp(2j * math.pi * f * DT)
+    plant = model.gain * (z - model.zero) / ((z - model.slow) * (z - model.pole))
+    loop = plant * pid.gain * (z - pid.zeros[0]) * (z - pid.zeros[1]) / (z * (z - 1.0))
+    (last,) = np.flatnonzero(np.diff(np.sign(np.abs(loop) - 1.0)))
+    assert f[last] == pytest.approx(hertz, abs=0.1)
+    assert 180.0 + np.degrees(np.angle(loop[last])) == pytest.approx(degrees, abs=1.0)
 
 
 def test_turning_at_a_constant_rate_is_exact_and_keeps_the_norm():

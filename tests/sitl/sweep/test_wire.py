@@ -11,33 +11,14 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.dynamics import PITCH, ROLL
 from sitl.errors import FlightFailedError
-from sitl.flight import Flight
-from sitl.scenario import load
 from sitl.sweep.cli import main
 from sitl.sweep.client import Phase, SweepClient
 from sitl.sweep.identify import identify
 from sitl.sweep.multisine import Plan, excitation
-from sitl.wire.endpoint import COMPANION, Endpoint
+from sitl.wire.endpoint import COMPANION
+from tests.sitl.sweep.memory import fly, vehicle
 
 SHORT = Plan(realizations=3, period=2500, lead=1500)
-
-
-def fly(client: SweepClient, endpoint: Endpoint, samples: int = 60_000) -> None:
-    """Vehicle and client in lockstep without sockets; heartbeats by vehicle time."""
-    for k in range(samples):
-        endpoint.step()
-        endpoint.advance(k * 0.004)
-        while data := b"".join(endpoint.bytes_to_send(COMPANION)):
-            client.receive(data)
-            if answer := client.bytes_to_send():
-                endpoint.receive(COMPANION, answer)
-        if client.done:
-            return
-    raise AssertionError(client.phase)
-
-
-def vehicle() -> Endpoint:
-    return Endpoint(Flight(load("calm"), 1, await_arming=True, record=False))
 
 
 def test_the_linear_airframe_is_found_again_through_the_wire():

@@ -17,7 +17,7 @@ from sitl.surroundings import STILL, Surroundings
 from sitl.tailsitter.airframe import Tailsitter
 from sitl.tailsitter.parameters import Parameters
 from sitl.tailsitter.trim import linearize, trim
-from sitl.tailsitter.tuning import RATE_PIDS
+from sitl.tuning import RATE_PIDS
 from sitl.vehicle import Sample, Vehicle
 from sitl.weather import SEGMENT, Weather
 
