@@ -116,7 +116,7 @@ class Yardstick:
         values = np.linalg.eigvals(X)
         order = np.argsort(-np.abs(values), axis=1)
         values = np.take_along_axis(values, order, axis=1)
-        logs = np.log(np.abs(values))
+        logs = np.log(np.maximum(np.abs(values), 1e-300))  # an observer of nothing has X = 0
         least = float(MOST_DELAY_SAMPLES)
         for k, i in zip(*np.nonzero(np.diff(np.sign(logs), axis=0)), strict=True):
             share = logs[k, i] / (logs[k, i] - logs[k + 1, i])
