@@ -1,8 +1,7 @@
 """The rigid body: all forces and torques summed, and a fixed step of the classical Runge–Kutta method.
 
 Limits: flat earth, constant air density; the principal axes are the hover axes; a payload is a point, and letting it go
-does not move the origin; rotors feel the air speed of the centre of mass (see `parameters`: the damping that turning
-adds to their inflow is not in (11), whose integrator shows none).
+does not move the origin.
 """
 
 from math import sqrt
@@ -11,29 +10,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitl.tailsitter.battery import battery
 from sitl.tailsitter.compiled import compiled
 from sitl.tailsitter.flexible import flex
 from sitl.tailsitter.layout import (
     ACCELERATION,
     AIR,
-    CHARGE,
-    CHARGE_AT_START,
-    COMMAND,
     DISTURBANCE,
-    EFFECTIVENESS,
     FLEXIBLE,
     FORCE,
     GAIN,
     HELD,
+    INERTIA,
     INPUTS,
+    MASS,
     MOMENT,
     PAYLOAD,
+    PICKUP,
     POSITION,
     QUATERNION,
     RATE,
-    ROTOR,
-    SAG,
     SPECIFIC_FORCE,
     SPIN,
     STANDING,
@@ -42,166 +37,125 @@ from sitl.tailsitter.layout import (
     TORQUE_SUM,
     TURN,
     VELOCITY,
-    WALL,
     WIND,
     WIND_RATE,
 )
-from sitl.tailsitter.rotors import coefficient, ground_factor, slipstream, wall_factor
-from sitl.tailsitter.wing import panel
+from sitl.tailsitter.rotors import rotor_forces, spin_up
+from sitl.tailsitter.wing import wing_sum
 
 STEPS = 4
 """Runge–Kutta steps of a sample after the delay: 0.87 ms each, two fifths of the fastest mode's time constant."""
 
 
 def workspace() -> NDArray[np.float64]:
-    """Scratch for `derivative`, `step` and `sample`; shape (5, 30)."""
+    """Scratch for `step` and `sample`; shape (5, 30)."""
     return np.zeros((5, max(STATES, INPUTS)))
 
 
 @compiled
-def rotor_sum(x: Any, u: Any, hub_z: float, p: Any, sums: Any, dx: Any) -> float:
-    """Add all rotors to `sums` and their accelerations to `dx`; returns the slipstream at the wing, m/s."""
-    w, qx, qy, qz = x[QUATERNION], x[QUATERNION + 1], x[QUATERNION + 2], x[QUATERNION + 3]
-    north_x, north_y = 1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy - w * qz)
-    down_x, down_y, down_z = 2.0 * (qx * qz - w * qy), 2.0 * (qy * qz + w * qx), 1.0 - 2.0 * (qx * qx + qy * qy)
-    high = p["leg"] - x[POSITION + 2] < 20.0 * p["rotor_radius"]  # farther up, ground effect is below 0.1 %
-    walled = u[WALL] < 20.0 * p["rotor_radius"]
-    power, blow = 0.0, 0.0
-    nz = p["axis_z"]
-    for i in range(4):
-        rx, ry = p["rotor_x"][i], p["rotor_y"][i]
-        nx, spin, speed = p["axis_x"][i], p["spin"][i], x[ROTOR + i]
-        axial = sums[AIR] * nx + sums[AIR + 2] * nz
-        thrust = p["thrust_constant"] * coefficient(speed, axial, p["rotor_radius"], p["zero_thrust_advance"])
-        drag = p["torque_arm"] * p["thrust_constant"]
-        drag *= coefficient(speed, axial, p["rotor_radius"], p["zero_torque_advance"])
-        thrust *= u[EFFECTIVENESS + i]
-        drag *= u[EFFECTIVENESS + i]
-        if high:
-            below = down_x * rx + down_y * ry + down_z * hub_z
-            thrust *= ground_factor(p["leg"] - x[POSITION + 2] - below, p)
-        if walled:
-            thrust *= wall_factor(u[WALL] - north_x * rx - north_y * ry, p)
-        power += drag * speed
-        blow += 0.25 * slipstream(thrust, axial, p)
-        momentum = p["rotor_inertia"] * spin * speed
-        sums[SPIN] += momentum * nx
-        sums[SPIN + 2] += momentum * nz
-        k = p["rotor_drag"] * speed
-        fx = thrust * nx - k * (sums[AIR] - axial * nx)
-        fy = -k * sums[AIR + 1]
-        fz = thrust * nz - k * (sums[AIR + 2] - axial * nz)
-        sums[FORCE] += fx
-        sums[FORCE + 1] += fy
-        sums[FORCE + 2] += fz
-        sums[TORQUE_SUM] += ry * fz - hub_z * fy - spin * drag * nx
-        sums[TORQUE_SUM + 1] += hub_z * fx - rx * fz
-        sums[TORQUE_SUM + 2] += rx * fy - ry * fx - spin * drag * nz
-    voltage = 1.0
-    if u[SAG] != 0.0:
-        voltage, current = battery(u[CHARGE_AT_START] - x[CHARGE], power, p)
-        dx[CHARGE] = current / p["battery_capacity"]
-    for i in range(4):
-        command = min(1.0, max(0.0, u[COMMAND + i]))
-        rate = (p["top_speed"] * voltage * sqrt(command) - x[ROTOR + i]) / p["rotor_lag"]
-        dx[ROTOR + i] = rate
-        push = p["rotor_inertia"] * p["spin"][i] * rate
-        sums[TORQUE_SUM] -= push * p["axis_x"][i]
-        sums[TORQUE_SUM + 2] -= push * nz
-    return blow
-
-
-@compiled
-def wing_sum(blow: float, wing_z: float, p: Any, sums: Any) -> None:
-    """Add wing panels and fuselage side to `sums`, for the velocity and rate through the air that stand there."""
-    for i in range(4):
-        y = p["panel_y"][i]
-        normal = sums[AIR] + sums[TURN + 1] * wing_z - sums[TURN + 2] * y
-        forward = -(sums[AIR + 2] + sums[TURN] * y) + blow * p["blown"][i]
-        fx, up, behind = panel(normal, forward, p)
-        fz = -up
-        z = wing_z + behind
-        sums[FORCE] += fx
-        sums[FORCE + 2] += fz
-        sums[TORQUE_SUM] += y * fz
-        sums[TORQUE_SUM + 1] += z * fx
-        sums[TORQUE_SUM + 2] -= y * fx
-    sums[FORCE + 1] -= 0.5 * p["air_density"] * p["side_area"] * sums[AIR + 1] * abs(sums[AIR + 1])
-
-
-@compiled
-def derivative(x: Any, u: Any, p: Any, sums: Any, dx: Any, out: Any) -> None:  # noqa: PLR0915
-    """Rate of change of the state `x` under the inputs `u` (`layout`), into `dx`; sensors' share into `out`."""
-    for i in range(STATES):
-        dx[i] = 0.0
-    for i in range(9):
-        sums[i] = 0.0
-    w, qx, qy, qz = x[QUATERNION], x[QUATERNION + 1], x[QUATERNION + 2], x[QUATERNION + 3]
-    r00, r01, r02 = 1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy - w * qz), 2.0 * (qx * qz + w * qy)
-    r10, r11, r12 = 2.0 * (qx * qy + w * qz), 1.0 - 2.0 * (qx * qx + qz * qz), 2.0 * (qy * qz - w * qx)
-    r20, r21, r22 = 2.0 * (qx * qz - w * qy), 2.0 * (qy * qz + w * qx), 1.0 - 2.0 * (qx * qx + qy * qy)
-    vn, ve, vd = x[VELOCITY] - u[WIND], x[VELOCITY + 1] - u[WIND + 1], x[VELOCITY + 2] - u[WIND + 2]
-    sums[AIR] = r00 * vn + r10 * ve + r20 * vd
-    sums[AIR + 1] = r01 * vn + r11 * ve + r21 * vd
-    sums[AIR + 2] = r02 * vn + r12 * ve + r22 * vd
+def through_air(x: Any, u: Any, sums: Any) -> None:
+    """Velocity and rate relative to the air, hover axes, into `sums`."""
+    w, a, b, c = x[QUATERNION], x[QUATERNION + 1], x[QUATERNION + 2], x[QUATERNION + 3]
+    n, e, d = x[VELOCITY] - u[WIND], x[VELOCITY + 1] - u[WIND + 1], x[VELOCITY + 2] - u[WIND + 2]
+    sums[AIR] = (1.0 - 2.0 * (b * b + c * c)) * n + 2.0 * (a * b + w * c) * e + 2.0 * (a * c - w * b) * d
+    sums[AIR + 1] = 2.0 * (a * b - w * c) * n + (1.0 - 2.0 * (a * a + c * c)) * e + 2.0 * (b * c + w * a) * d
+    sums[AIR + 2] = 2.0 * (a * c + w * b) * n + 2.0 * (b * c - w * a) * e + (1.0 - 2.0 * (a * a + b * b)) * d
     for i in range(3):
         sums[TURN + i] = x[RATE + i] - u[WIND_RATE + i]
-    # A payload below moves the centre of mass down: everything else is then higher.
-    load = u[PAYLOAD]
-    mass = p["mass"] + load
-    lower = p["payload_arm"] * load / mass
+
+
+@compiled
+def load(u: Any, p: Any, sums: Any) -> float:
+    """Mass and inertia with payload into `sums`; returns how far the payload lowers the centre of mass, m."""
+    mass = p["mass"] + u[PAYLOAD]
+    lower: float = p["payload_arm"] * u[PAYLOAD] / mass
     swing = p["mass"] * lower * p["payload_arm"]
-    ix, iy, iz = p["inertia"][0] + swing, p["inertia"][1] + swing, p["inertia"][2]
+    sums[MASS] = mass
+    sums[INERTIA], sums[INERTIA + 1], sums[INERTIA + 2] = (
+        p["inertia"][0] + swing,
+        p["inertia"][1] + swing,
+        p["inertia"][2],
+    )
+    return lower
 
-    blow = rotor_sum(x, u, p["rotor_z"] - lower, p, sums, dx)
-    px, py, pz = sums[TORQUE_SUM] * u[GAIN], sums[TORQUE_SUM + 1] * u[GAIN + 1], sums[TORQUE_SUM + 2] * u[GAIN + 2]
-    sums[TORQUE_SUM], sums[TORQUE_SUM + 1], sums[TORQUE_SUM + 2] = 0.0, 0.0, 0.0
-    wing_sum(blow, p["wing_z"] - lower, p, sums)
 
-    # The paper's d enters where u_e does: through the rotors' lag, but without their limits.
-    for i in range(3):
-        dx[DISTURBANCE + i] = (u[TORQUE + i] - x[DISTURBANCE + i]) / p["rotor_lag"]
+@compiled
+def control(x: Any, u: Any, p: Any, sums: Any, dx: Any) -> None:
+    """Turn the rotors' torque into the plant's: add the disturbance and multiply by the gain of each axis.
+
+    The paper's d enters where u_e does, through the rotors' lag, but without their limits.
+    """
     scale = p["mixer_share"] * 4.0 * p["thrust_constant"] * p["top_speed"] * p["top_speed"]
+    up = abs(p["axis_z"])
     rx, ry = p["rotor_x"][0], p["rotor_y"][0]
-    px += u[GAIN] * scale * abs(p["axis_z"]) * ry * x[DISTURBANCE]
-    py += u[GAIN + 1] * scale * abs(p["axis_z"]) * rx * x[DISTURBANCE + 1]
-    yaw_arm = -ry * p["axis_x"][0] + p["torque_arm"] * abs(p["axis_z"])
-    pz += u[GAIN + 2] * scale * yaw_arm * x[DISTURBANCE + 2]
-    if u[FLEXIBLE] != 0.0:
-        flex(x, dx, out, px / ix, py / iy, pz / iz, p)
+    sums[TORQUE_SUM] += scale * up * ry * x[DISTURBANCE]
+    sums[TORQUE_SUM + 1] += scale * up * rx * x[DISTURBANCE + 1]
+    sums[TORQUE_SUM + 2] += scale * (up * p["torque_arm"] - ry * p["axis_x"][0]) * x[DISTURBANCE + 2]
+    for i in range(3):
+        sums[TORQUE_SUM + i] *= u[GAIN + i]
+        dx[DISTURBANCE + i] = (u[TORQUE + i] - x[DISTURBANCE + i]) / p["rotor_lag"]
 
-    a, b, c = x[RATE], x[RATE + 1], x[RATE + 2]
-    hx, hy, hz = ix * a + sums[SPIN], iy * b + sums[SPIN + 1], iz * c + sums[SPIN + 2]
-    px += sums[TORQUE_SUM] + u[MOMENT] - (b * hz - c * hy)
-    py += sums[TORQUE_SUM + 1] + u[MOMENT + 1] - (c * hx - a * hz)
-    pz += sums[TORQUE_SUM + 2] + u[MOMENT + 2] - (a * hy - b * hx)
 
-    sx, sy, sz = sums[FORCE] / mass, sums[FORCE + 1] / mass, sums[FORCE + 2] / mass
-    out[ACCELERATION] = r00 * sx + r01 * sy + r02 * sz
-    out[ACCELERATION + 1] = r10 * sx + r11 * sy + r12 * sz
-    out[ACCELERATION + 2] = r20 * sx + r21 * sy + r22 * sz + p["gravity"]
+@compiled
+def accelerate(x: Any, u: Any, p: Any, sums: Any, out: Any) -> None:
+    """Specific force and acceleration from the summed force."""
+    w, a, b, c = x[QUATERNION], x[QUATERNION + 1], x[QUATERNION + 2], x[QUATERNION + 3]
+    fx, fy, fz = sums[FORCE] / sums[MASS], sums[FORCE + 1] / sums[MASS], sums[FORCE + 2] / sums[MASS]
+    dx, dy, dz = 2.0 * (a * c - w * b), 2.0 * (b * c + w * a), 1.0 - 2.0 * (a * a + b * b)  # where down is
+    out[ACCELERATION] = (1.0 - 2.0 * (b * b + c * c)) * fx + 2.0 * (a * b - w * c) * fy + 2.0 * (a * c + w * b) * fz
+    out[ACCELERATION + 1] = 2.0 * (a * b + w * c) * fx + (1.0 - 2.0 * (a * a + c * c)) * fy + 2.0 * (b * c - w * a) * fz
+    out[ACCELERATION + 2] = dx * fx + dy * fy + dz * fz + p["gravity"]
+    if u[STANDING] != 0.0 or u[HELD] >= 0.0:  # whatever holds it carries its weight
+        fx, fy, fz = -p["gravity"] * dx, -p["gravity"] * dy, -p["gravity"] * dz
+    out[SPECIFIC_FORCE], out[SPECIFIC_FORCE + 1], out[SPECIFIC_FORCE + 2] = fx, fy, fz
+
+
+@compiled
+def move(x: Any, u: Any, sums: Any, dx: Any, out: Any) -> None:
+    """Rates of change of position, velocity, attitude and body rate (Newton and Euler), as far as it is free."""
     held = u[HELD]
-    if u[STANDING] != 0.0 or held >= 0.0:  # whatever holds it carries its weight
-        out[SPECIFIC_FORCE] = -p["gravity"] * r20
-        out[SPECIFIC_FORCE + 1] = -p["gravity"] * r21
-        out[SPECIFIC_FORCE + 2] = -p["gravity"] * r22
-    else:
-        out[SPECIFIC_FORCE], out[SPECIFIC_FORCE + 1], out[SPECIFIC_FORCE + 2] = sx, sy, sz
+    if u[STANDING] != 0.0:
+        return
+    if held < 0.0:
         for i in range(3):
             dx[POSITION + i] = x[VELOCITY + i]
             dx[VELOCITY + i] = out[ACCELERATION + i]
-    if u[STANDING] != 0.0:
-        return
+    w, qx, qy, qz = x[QUATERNION], x[QUATERNION + 1], x[QUATERNION + 2], x[QUATERNION + 3]
+    a, b, c = x[RATE], x[RATE + 1], x[RATE + 2]
+    hx = sums[INERTIA] * a + sums[SPIN]
+    hy = sums[INERTIA + 1] * b + sums[SPIN + 1]
+    hz = sums[INERTIA + 2] * c + sums[SPIN + 2]
     if held < 0.0 or held == 0.0:
-        dx[RATE] = px / ix
+        dx[RATE] = (sums[TORQUE_SUM] + u[MOMENT] - (b * hz - c * hy)) / sums[INERTIA]
     if held < 0.0 or held == 1.0:
-        dx[RATE + 1] = py / iy
+        dx[RATE + 1] = (sums[TORQUE_SUM + 1] + u[MOMENT + 1] - (c * hx - a * hz)) / sums[INERTIA + 1]
     if held < 0.0 or held == 2.0:
-        dx[RATE + 2] = pz / iz
+        dx[RATE + 2] = (sums[TORQUE_SUM + 2] + u[MOMENT + 2] - (a * hy - b * hx)) / sums[INERTIA + 2]
     dx[QUATERNION] = 0.5 * (-qx * a - qy * b - qz * c)
     dx[QUATERNION + 1] = 0.5 * (w * a + qy * c - qz * b)
     dx[QUATERNION + 2] = 0.5 * (w * b - qx * c + qz * a)
     dx[QUATERNION + 3] = 0.5 * (w * c + qx * b - qy * a)
+
+
+@compiled
+def derivative(x: Any, u: Any, p: Any, sums: Any, dx: Any, out: Any) -> None:
+    """Rate of change of the state `x` under the inputs `u` (`layout`), into `dx`; what sensors feel into `out`."""
+    for i in range(STATES):
+        dx[i] = 0.0
+    for i in range(AIR):
+        sums[i] = 0.0
+    for i in range(3):
+        out[PICKUP + i] = 0.0
+    through_air(x, u, sums)
+    lower = load(u, p, sums)  # the payload moves the centre of mass down: everything else is then higher
+    blow, power = rotor_forces(x, u, p["rotor_z"] - lower, p, sums)
+    spin_up(x, u, power, p, sums, dx)
+    control(x, u, p, sums, dx)
+    if u[FLEXIBLE] != 0.0:
+        flex(x, dx, out, sums, p)
+    wing_sum(blow, p["wing_z"] - lower, p, sums)
+    accelerate(x, u, p, sums, out)
+    move(x, u, sums, dx, out)
 
 
 @compiled

@@ -10,13 +10,15 @@ Limits: shapes, frequencies and damping are guesses; flexing does not act back o
 from typing import Any
 
 from sitl.tailsitter.compiled import compiled
-from sitl.tailsitter.layout import MODE, MODE_RATE, PICKUP
+from sitl.tailsitter.layout import INERTIA, MODE, MODE_RATE, PICKUP, TORQUE_SUM
 
 
 @compiled
-def flex(x: Any, dx: Any, out: Any, roll: float, pitch: float, yaw: float, p: Any) -> None:
-    """Rates of change of the modes under the accelerations `roll`, `pitch`, `yaw` (rad/s²), and the gyro's pickup."""
-    out[PICKUP] = out[PICKUP + 1] = out[PICKUP + 2] = 0.0
+def flex(x: Any, dx: Any, out: Any, sums: Any, p: Any) -> None:
+    """Rates of change of the modes under the torque in `sums`, and the gyro's pickup into `out`, which was zero."""
+    roll = sums[TORQUE_SUM] / sums[INERTIA]
+    pitch = sums[TORQUE_SUM + 1] / sums[INERTIA + 1]
+    yaw = sums[TORQUE_SUM + 2] / sums[INERTIA + 2]
     for i in range(3):
         a, b, c, w = p["mode_roll"][i], p["mode_pitch"][i], p["mode_yaw"][i], p["mode_frequency"][i]
         rate = x[MODE_RATE + i]

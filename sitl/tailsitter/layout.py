@@ -45,4 +45,6 @@ TORQUE_SUM = 3
 SPIN = 6  # angular momentum of the rotors, kg m²/s
 AIR = 9  # velocity through the air, m/s
 TURN = 12  # rate through the air, rad/s
-SUMS = 15
+MASS = 15  # with payload, kg
+INERTIA = 16  # with payload, kg m²
+SUMS = 19

@@ -12,6 +12,7 @@ from math import exp, sqrt
 from typing import Any
 
 from sitl.tailsitter.compiled import compiled
+from sitl.tailsitter.layout import AIR, FORCE, TORQUE_SUM, TURN
 
 STILL = 1e-6
 """Air speed below which there is no force, m/s."""
@@ -41,3 +42,21 @@ def panel(normal: float, forward: float, p: Any) -> tuple[float, float, float]:
     cross = wing * p["lift_slope"] * sine * abs(cosine) + plate * p["plate_drag"] * sine * steep
     along = wing * p["suction"] * p["lift_slope"] * sine * sine - p["skin_drag"]
     return -pressure * cross, pressure * along * cosine, 0.25 * p["chord"] * plate * steep
+
+
+@compiled
+def wing_sum(blow: float, wing_z: float, p: Any, sums: Any) -> None:
+    """Add wing panels and fuselage side to `sums`, for the velocity and rate through the air that stand there."""
+    for i in range(4):
+        y = p["panel_y"][i]
+        normal = sums[AIR] + sums[TURN + 1] * wing_z - sums[TURN + 2] * y
+        forward = -(sums[AIR + 2] + sums[TURN] * y) + blow * p["blown"][i]
+        fx, up, behind = panel(normal, forward, p)
+        fz = -up
+        z = wing_z + behind
+        sums[FORCE] += fx
+        sums[FORCE + 2] += fz
+        sums[TORQUE_SUM] += y * fz
+        sums[TORQUE_SUM + 1] += z * fx
+        sums[TORQUE_SUM + 2] -= y * fx
+    sums[FORCE + 1] -= 0.5 * p["air_density"] * p["side_area"] * sums[AIR + 1] * abs(sums[AIR + 1])

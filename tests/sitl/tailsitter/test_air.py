@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sitl.tailsitter.battery import battery
 from sitl.tailsitter.flexible import flex
-from sitl.tailsitter.layout import MODE, MODE_RATE, OUTPUTS, PICKUP, STATES
+from sitl.tailsitter.layout import INERTIA, MODE, MODE_RATE, OUTPUTS, PICKUP, STATES, SUMS, TORQUE_SUM
 from sitl.tailsitter.parameters import Parameters, table
 from sitl.tailsitter.rotors import coefficient, ground_factor, slipstream, wall_factor
 from sitl.tailsitter.wing import panel
@@ -119,9 +119,10 @@ def test_more_power_and_less_charge_mean_less_voltage():
 
 
 def test_a_flexible_mode_is_the_damped_oscillator_it_names():
-    x, dx, out = np.zeros(STATES), np.zeros(STATES), np.zeros(OUTPUTS)
+    x, dx, out, sums = np.zeros(STATES), np.zeros(STATES), np.zeros(OUTPUTS), np.zeros(SUMS)
+    sums[INERTIA : INERTIA + 3], sums[TORQUE_SUM + 1] = P.inertia, 5.0 * P.inertia[1]
     x[MODE], x[MODE_RATE] = 0.3, 2.0
-    flex(x, dx, out, 0.0, 5.0, 0.0, R)
+    flex(x, dx, out, sums, R)
     w = P.mode_frequency[0]
     assert dx[MODE] == 2.0
     assert dx[MODE_RATE] == pytest.approx(5.0 * P.mode_pitch[0] - 2.0 * P.mode_damping * w * 2.0 - w * w * 0.3)

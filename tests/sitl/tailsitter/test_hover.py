@@ -166,6 +166,16 @@ def test_it_hovers_whatever_has_become_of_it(condition):
     assert np.abs([s.attitude_error for s in last]).max() < 0.01
 
 
+def test_flexible_modes_leave_the_gyro_when_they_are_turned_off():
+    vehicle = hovering(flexible=True)
+    fly(vehicle, 0.1, Surroundings((0.0, 0.1, 0.0)))
+    airframe = vehicle.airframe
+    assert airframe.rate[1] != airframe.state[11]
+    airframe.condition.flexible = False
+    fly(vehicle, 0.1)
+    assert airframe.rate == tuple(airframe.state[10:13])
+
+
 def test_the_battery_empties_with_load_only_when_it_is_told_to():
     charges = [hovering(battery_sag=sag).airframe.state[26] for sag in (False, True)]
     assert charges[0] == 0.0
