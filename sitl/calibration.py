@@ -31,7 +31,7 @@ def disturbance_scale(scenario: Scenario, seed: int) -> Vector:
 
     Fixed-point iteration over whole flights of the vehicle itself, each axis scaled by wanted over found, with smaller
     steps when that leads astray: a linear vehicle takes a handful of flights, axes that share rotors some more. Raises
-    FlightFailedError when it does not settle (peaks beyond what the torque limits allow).
+    FlightFailedError when it does not settle, or comes down (peaks beyond what the torque limits allow).
     """
     if scenario.disturbance is None:
         return (0.0, 0.0, 0.0)
@@ -40,7 +40,10 @@ def disturbance_scale(scenario: Scenario, seed: int) -> Vector:
     scale = np.where(disturbed, 0.05, 0.0)  # a start within reach: a twentieth of full torque, or of a Nm
     step, before = 1.0, np.inf
     for _ in range(MAX_FLIGHTS):
-        found = np.array(peaks_off(scenario, seed, (scale[0], scale[1], scale[2])))
+        try:
+            found = np.array(peaks_off(scenario, seed, (scale[0], scale[1], scale[2])))
+        except FlightFailedError:  # it came down
+            break
         share = wanted[disturbed] / found[disturbed]
         astray = float(np.abs(np.log(share)).max())
         if astray < TOLERANCE:

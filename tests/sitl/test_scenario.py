@@ -87,6 +87,6 @@ def test_still_air_needs_no_search():
 
 def test_peaks_beyond_the_torque_there_is_are_refused(tmp_path):
     path = tmp_path / "storm.toml"
-    path.write_text(SHORT.replace("yaw = 0.12", "yaw = 0.99"))
+    path.write_text(SHORT.replace("pitch = 0.12", "pitch = 0.99"))
     with pytest.raises(FlightFailedError, match="smaller"):
         disturbance_scale(load(str(path)), 1)

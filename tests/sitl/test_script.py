@@ -53,7 +53,7 @@ def test_both_windows_have_the_same_length_disturbance_and_noise(short):
     assert off.sum() == on.sum() == 250
     np.testing.assert_array_equal(a["disturbance"][off], a["disturbance"][on])
     noise = a["gyro"] - a["rate"]
-    np.testing.assert_allclose(noise[off], noise[on], atol=1e-7)  # single precision of the gyro
+    np.testing.assert_allclose(noise[off], noise[on], atol=5e-7)  # single precision of the gyro
     assert np.ptp(a["disturbance"][off], axis=0).min() > 0.0
 
 
@@ -75,9 +75,9 @@ def test_in_truth_and_in_the_log_the_disturbance_adds_at_the_plant_input(short):
     a = flight.log.arrays()
     air = a["disturbance"].any(axis=1)
     v, y = (a["u_e"] + a["disturbance"])[air], a["rate"][air]
-    b1, b2, p = 0.6 * 0.14131, 0.6 * 0.14131 * 1.716, 0.9447
-    expected = (1 + p) * y[1:-1, 0] - p * y[:-2, 0] + b1 * v[1:-1, 0] + b2 * v[:-2, 0]
-    np.testing.assert_allclose(y[2:, 0], expected, atol=1e-12)
+    b1, b2, p = 0.14131, 0.14131 * 1.716, 0.9447
+    expected = (1 + p) * y[1:-1, 1] - p * y[:-2, 1] + b1 * v[1:-1, 1] + b2 * v[:-2, 1]
+    np.testing.assert_allclose(y[2:, 1], expected, atol=1e-12)
 
 
 def test_an_observer_enabled_before_the_window_off_spoils_the_flight(short):
