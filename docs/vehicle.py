@@ -8,7 +8,7 @@ from sitl.dynamics import DT, PITCH
 from sitl.errors import FlightFailedError
 from sitl.tailsitter.parameters import Parameters, table
 from sitl.tailsitter.trim import linearize, trim
-from sitl.tailsitter.tuning import RATE_PIDS
+from sitl.tuning import RATE_PIDS
 
 AXES = ("roll", "pitch", "yaw")
 BAND = (4.0, 6.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0)

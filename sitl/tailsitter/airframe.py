@@ -23,8 +23,10 @@ from sitl.tailsitter.layout import (
 )
 from sitl.tailsitter.parameters import Parameters
 from sitl.tailsitter.trim import trim
-from sitl.tailsitter.tuning import ALTITUDE_INTEGRAL
 from sitl.tuning import RATE_PIDS, Tuning
+
+ALTITUDE_INTEGRAL = 0.8
+"""Acceleration gained per climb rate error and time, 1/s². A guess; PX4's MPC_Z_VEL_I_ACC is 2."""
 
 _PACK = struct.Struct(f"{INPUTS}d")
 _NO_AXIS = -1.0
