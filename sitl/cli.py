@@ -134,18 +134,19 @@ def _run(loop: Loop, clock: str, directory: Path | None, *, drawn: bool) -> int:
         say(f"{overruns} samples were late by more than one period")
     flight = loop.flight
     if directory is not None and (flight.complete or flight.scenario.windows is None):
-        _write(flight, clock, directory, drawn)
+        save(flight, clock, directory, drawn=drawn)
     if flight.complete:
         loop.finish()
         _judge(flight)
     return 130 if loop.interrupted else 0
 
 
-def _write(flight: Flight, clock: str, directory: Path, drawn: bool) -> None:
+def save(flight: Flight, clock: str, directory: Path, *, drawn: bool) -> None:
+    """Write what the flight leaves behind; says so when there is nothing to draw the figure with."""
     try:
         write(flight, clock, directory, drawn=drawn)
-    except ModuleNotFoundError as error:
-        say(f"no figure: {error.name} is not installed")
+    except ModuleNotFoundError:
+        say("no figure: matplotlib is not installed")
 
 
 def _judge(flight: Flight) -> None:
