@@ -16,7 +16,7 @@ def test_design_writes_a_flyable_file_and_prints_its_certificate(tmp_path, capsy
     check_flyable(design, 250.0)
     assert "<html" in (out / "report.html").read_text(encoding="utf-8")
     shown = capsys.readouterr().out
-    assert "gamma_star (lower bound)      1.59982   1.76349   1.96050" in shown
+    assert "gamma_star (lower bound)      1.59982   1.84861   1.50757" in shown
     assert design.sha256[:8] in shown
 
 
