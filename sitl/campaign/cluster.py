@@ -26,7 +26,8 @@ def cluster(jobs: Iterable[Job], address: str, say: Callable[[str], None]) -> It
 
     Raises InputError when there is no scheduler, FleetError when it is lost or workers keep dying on one flight.
     """
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a lost worker is ours to report
+    for name in [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]:
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what is lost is ours to report, in one line
     connect: Any = distributed.Client
     try:
         client = connect(address, timeout=CONNECT_S)
