@@ -249,18 +249,18 @@ class Companion:
             self._answered = sample.stamp_us
 
     def _follow_up(self) -> None:
-        """What comes after an answer, when that has left: the loop's own measuring, words, telemetry."""
+        """What comes after an answer, when that has left: the loop's own measuring, telemetry, words."""
         stamp_us, self._answered = self._answered, None
         if stamp_us is None:
             return
         self.loop.follow_up()
-        self._report()
         self._untold += 1
         if self._untold >= TELEMETRY_EVERY:
             self._untold = 0
             status = self.status()
             values = (*status.d_hat, *status.correction, status.state, status.delay_samples, status.rate_hz)
             self._out.append(self._speaker.telemetry(stamp_us, values))
+        self._report()
 
     def _heartbeat(self, beat: Heartbeat, now: float) -> None:
         if not beat.autopilot:
