@@ -84,7 +84,7 @@ def _lead(summary: dict[str, Any]) -> str:
         return words
     low = min(found)
     if low < 1.0:
-        return f"The observer does harm on some axis of some flight: RMS off/on falls to {low:.2f}. {words}"
+        return f"On some axis of some flight the error grows with the observer: RMS off/on falls to {low:.2f}. {words}"
     return (
         f"The observer takes the RMS attitude error down {low:.2f} times or more on each axis of each flight. {words}"
     )
