@@ -4,6 +4,7 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.artifact import DobDesign
 from dob_companion.companion import Companion
+from sitl.attitude import Vector
 from sitl.calibration import disturbance_scale
 from sitl.flight import Flight
 from sitl.scenario import Scenario
@@ -11,9 +12,11 @@ from sitl.vehicle import START_US
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 
 
-def fly(scenario: Scenario, design: DobDesign, seed: int = 1, delay: int = 1) -> Flight:
-    """Fly both windows; wall time is the vehicle's."""
-    flight = Flight(scenario, seed, disturbance_scale(scenario, seed), delay_samples=delay)
+def fly(scenario: Scenario, design: DobDesign, seed: int = 1, delay: int = 1, scale: Vector | None = None) -> Flight:
+    """Fly both windows; wall time is the vehicle's. The disturbance's size is found unless it is given."""
+    if scale is None:
+        scale = disturbance_scale(scenario, seed)
+    flight = Flight(scenario, seed, scale, delay_samples=delay)
     endpoint, companion = Endpoint(flight), Companion(design)
     station = mav.MAVLink(None, 255, 190)
     asked = False
