@@ -11,8 +11,8 @@ from sitl.errors import FlightFailedError
 from sitl.links import Link, UdpLink, open_link, wait
 from sitl.sweep.client import SweepClient
 
-SILENCE_S = 20.0
-"""Wall time without a byte from the vehicle that ends the sweep; starting its process takes a second or two."""
+SILENCE_S = 120.0
+"""Wall time without a byte from the vehicle that ends the sweep: the tail-sitter is compiled when it first flies."""
 
 HOST = "127.0.0.1"
 
