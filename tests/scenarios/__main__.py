@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from sitl.scenario import load, packaged_names
-from tests.scenarios.designs import design_files
+from tests.scenarios.designs import design_file
 from tests.scenarios.page import PAGE, page
 from tests.scenarios.wire import Flown, fly
 
@@ -25,11 +25,11 @@ def compared() -> list[str]:
 
 def fly_all(names: list[str], directory: Path, seed: int, workers: int) -> list[Flown]:
     """All flights, in order; each in a directory of its own, NAME-DELAY."""
-    designs = design_files(directory, DELAYS)
+    designs = {delay: design_file(directory, delay) for delay in DELAYS}
 
     def one(job: tuple[str, int]) -> Flown:
         name, delay = job
-        flown = fly(name, designs[load(name).airframe, delay], delay, directory / f"{name}-{delay}", seed)
+        flown = fly(name, designs[delay], delay, directory / f"{name}-{delay}", seed)
         print(f"{name} at {delay}: exit code {flown.code}; {flown.last_words}", file=sys.stderr, flush=True)
         return flown
 

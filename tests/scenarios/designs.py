@@ -1,4 +1,4 @@
-"""Observers for the scenarios' airframes, one for each link delay, from the specs among the examples."""
+"""Observers for the scenarios: the tuned example specs, one for each link delay."""
 
 from functools import cache
 from pathlib import Path
@@ -7,22 +7,18 @@ from dob_companion.artifact import DobDesign, dumps
 from dob_companion.synthesis import design_from_toml
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-SPECS = {"linear": "tailsitter_paper.toml", "tailsitter": "tailsitter_nonlinear.toml"}
+SPECS = {1: "tailsitter_tuned.toml", 2: "tailsitter_tuned_2.toml", 3: "tailsitter_tuned_3.toml"}
+"""By link delay, samples; the linear axes and the nonlinear tail-sitter share their models."""
 
 
 @cache
-def design_for(airframe: str, delay: int) -> DobDesign:
-    """The observer for this airframe, designed for this link delay in samples."""
-    text = (EXAMPLES / SPECS[airframe]).read_text(encoding="utf-8")
-    assert "delay_samples = 1 " in text
-    return design_from_toml(text.replace("delay_samples = 1 ", f"delay_samples = {delay} ", 1))
+def design_for(delay: int) -> DobDesign:
+    """The observer designed for this link delay in samples."""
+    return design_from_toml((EXAMPLES / SPECS[delay]).read_text(encoding="utf-8"))
 
 
-def design_files(directory: Path, delays: tuple[int, ...]) -> dict[tuple[str, int], Path]:
-    """design.json of every airframe and delay, written into a directory."""
-    files = {}
-    for airframe in SPECS:
-        for delay in delays:
-            files[airframe, delay] = directory / f"design-{airframe}-{delay}.json"
-            files[airframe, delay].write_text(dumps(design_for(airframe, delay))[0], "utf-8")
-    return files
+def design_file(directory: Path, delay: int) -> Path:
+    """Its design.json, written into a directory."""
+    path = directory / f"design-{delay}.json"
+    path.write_text(dumps(design_for(delay))[0], "utf-8")
+    return path

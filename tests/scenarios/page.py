@@ -11,10 +11,9 @@ PAGE = Path(__file__).parents[2] / "docs" / "scenario-results.md"
 HEAD = """# Scenario results
 
 Printed by `python -m tests.scenarios --write`: every packaged scenario at one, two and three samples of link delay,
-each flown by the real daemon and the simulated vehicle as two processes over UDP, in lockstep, with an observer
-designed for that delay (`examples/tailsitter_nonlinear.toml`; `tailsitter_paper.toml` for the linear axes).
-What a scenario does and expects stands in `sitl/scenarios/NAME.toml`, what the measures mean in
-[scenarios](scenarios.md). Seed {seed}.
+each flown by the real daemon and the simulated vehicle as two processes over UDP, in lockstep, with the observer tuned
+for that delay (`examples/tailsitter_tuned.toml`, `_2`, `_3`). What a scenario does and expects stands in
+`sitl/scenarios/NAME.toml`, what the measures mean in [scenarios](scenarios.md). Seed {seed}.
 {passed} of {all} checks hold.
 
 ## Attitude error, observer off over on

@@ -6,7 +6,7 @@ import pytest
 from sitl.scenario import load
 from tests.scenarios import memory
 from tests.scenarios.__main__ import compared, fly_all
-from tests.scenarios.designs import design_files, design_for
+from tests.scenarios.designs import design_file, design_for
 from tests.scenarios.page import PAGE, page
 from tests.scenarios.wire import fly
 
@@ -47,9 +47,9 @@ def test_a_scenario_flown_over_the_wire_is_the_flight_in_memory(tmp_path):
     """Real processes and sockets against bytes in memory, over a link that loses and delays: the same to the bit."""
     scenario = tmp_path / "bad.toml"
     scenario.write_text(BAD_LINK)
-    flown = fly(str(scenario), design_files(tmp_path, (1,))["linear", 1], 1, tmp_path / "out")
+    flown = fly(str(scenario), design_file(tmp_path, 1), 1, tmp_path / "out")
     assert flown.code == 0, flown.last_words
-    in_memory = memory.fly(load(str(scenario)), design_for("linear", 1)).log.arrays()
+    in_memory = memory.fly(load(str(scenario)), design_for(1)).log.arrays()
     over_wire = np.load(tmp_path / "out" / "flight.npz")
     for name in ("gyro", "u_e", "correction", "age", "answered", "state"):
         assert over_wire[name].tobytes() == in_memory[name].tobytes(), name

@@ -77,7 +77,7 @@ DISTURBED = {
 def flown(directory: Path, tables: str, scale: Vector = ZERO) -> Flight:
     path = directory / "short.toml"
     path.write_text('title = "short"\n' + tables)
-    return fly(load(str(path)), design_for("tailsitter", 1), scale=scale)
+    return fly(load(str(path)), design_for(1), scale=scale)
 
 
 def holds(flight: Flight) -> bool:
