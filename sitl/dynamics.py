@@ -9,6 +9,7 @@ from typing import Protocol
 
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, down_component, rotated_by_rate
 from sitl.condition import Condition
+from sitl.mixer import Four, Mixer
 from sitl.surroundings import Surroundings
 from sitl.tuning import RATE_PIDS, Tuning
 
@@ -48,7 +49,7 @@ ROLL = RateAxis(gain=-0.0731, zero=2.777, pole=0.9449)
 YAW = RateAxis(gain=0.41, zero=0.887, pole=0.9416, slow=0.99836)
 """The tail-sitter's own, from the frequency sweep through MAVLink that gives (11) for pitch (docs/identification.md).
 
-The canted rotors' inertia reacts when they change speed: against roll, which is 3.8 ms later than pitch (its zero has
+The canted rotors' inertia reacts when they change speed: against roll, which is 3.7 ms later than pitch (its zero has
 gone through infinity to the positive axis), and along with yaw, which answers at once. The wing damps yaw.
 """
 
@@ -87,6 +88,10 @@ class Airframe(Protocol):
         """
         ...
 
+    def motors(self, torque: Vector, thrust: float) -> Four:
+        """Commands of the four rotors for what `allocate` returned, 0…1, in the order of `mixer`."""
+        ...
+
     def advance(self, torque: Vector, thrust: float, around: Surroundings) -> None:
         """Fly one sample of `DT` seconds with these inputs held.
 
@@ -121,6 +126,9 @@ class LinearAxis:
     def reset(self) -> None:
         """Stand still."""
         self._s1 = self._s2 = 0.0
+
+
+_FOR_SHOW = Mixer(share=0.5, low=0.0, high=1.0)
 
 
 class LinearAirframe:
@@ -158,6 +166,11 @@ class LinearAirframe:
         """Each axis saturates at ±1 on its own: there are no rotors to share."""
         x, y, z = torque
         return (max(-1.0, min(1.0, x)), max(-1.0, min(1.0, y)), max(-1.0, min(1.0, z))), thrust
+
+    def motors(self, torque: Vector, thrust: float) -> Four:
+        """For show: nothing but u_e and thrust moves this airframe."""
+        first, second, third, fourth = (max(0.0, min(1.0, each)) for each in _FOR_SHOW.commands(torque, thrust))
+        return first, second, third, fourth
 
     def advance(self, torque: Vector, thrust: float, around: Surroundings) -> None:
         """Fly one sample; see `Airframe.advance`."""

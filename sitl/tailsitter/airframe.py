@@ -7,7 +7,7 @@ import numpy as np
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector
 from sitl.condition import Condition
 from sitl.dynamics import DT
-from sitl.mixer import Mixer
+from sitl.mixer import Four, Mixer
 from sitl.surroundings import Surroundings
 from sitl.tailsitter.body import STEPS, sample, workspace
 from sitl.tailsitter.layout import (
@@ -68,6 +68,10 @@ class Tailsitter:
     def allocate(self, torque: Vector, thrust: float) -> tuple[Vector, float]:
         """See `Airframe.allocate` and `mixer`."""
         return self._mixer.allocate(torque, thrust)
+
+    def motors(self, torque: Vector, thrust: float) -> Four:
+        """See `Airframe.motors`."""
+        return self._mixer.commands(torque, thrust)
 
     def advance(self, torque: Vector, thrust: float, around: Surroundings) -> None:
         """Fly one sample; see `Airframe.advance`."""

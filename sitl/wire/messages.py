@@ -1,7 +1,7 @@
 """The vehicle's own messages, each built from the vehicle and its newest sample."""
 
 from collections.abc import Callable
-from math import asin, atan2, degrees
+from math import asin, atan2, cos, degrees, hypot, radians
 
 from pymavlink.dialects.v20 import common as mavlink
 
@@ -11,7 +11,10 @@ from sitl.wire.port import Message
 
 HOME_LAT, HOME_LON, HOME_ALT = 223364000, 1142655000, 50_000
 """Degrees · 1e7 and mm above sea: the campus where the paper's vehicle was built, roughly. Where it stands changes
-nothing; the vehicle does not move sideways."""
+nothing."""
+
+METRES_PER_DEGREE = 111_195.0
+"""Along a meridian of a sphere of 6371 km; a parallel is shorter by the cosine of the latitude."""
 
 _SENSORS = (
     mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO
@@ -27,9 +30,6 @@ _SENSORS = (
 )
 _ACCEL_AND_GYRO = 0b111111  # the fields of HIGHRES_IMU that are measured
 _NO_MODE = 0
-
-# Roll, pitch and yaw into the motors of a quad X seen from above: front right, rear left, front left, rear right.
-_MIX = ((-1.0, 1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, -1.0), (-1.0, -1.0, -1.0))
 
 Builder = Callable[[Vehicle, Sample], Message]
 
@@ -112,25 +112,36 @@ def _sys_status(_: Vehicle, __: Sample) -> Message:
     )
 
 
+def _latitude_longitude(v: Vehicle) -> tuple[int, int]:
+    """Degrees · 1e7 of where it is now, on a sphere."""
+    north, east, _ = v.airframe.position
+    shrunk = cos(radians(HOME_LAT * 1e-7))
+    return (
+        HOME_LAT + round(north / METRES_PER_DEGREE * 1e7),
+        HOME_LON + round(east / (METRES_PER_DEGREE * shrunk) * 1e7),
+    )
+
+
 def _global_position_int(v: Vehicle, s: Sample) -> Message:
     above = round(v.airframe.altitude * 1000.0)
     heading = round(degrees(euler(s.quaternion)[2]) * 100.0) % 36000
-    down = max(-32767, min(32767, round(-v.airframe.climb * 100.0)))
+    north, east, down = (max(-32767, min(32767, round(each * 100.0))) for each in v.airframe.velocity)
     return mavlink.MAVLink_global_position_int_message(
-        _ms(s), HOME_LAT, HOME_LON, HOME_ALT + above, above, 0, 0, down, heading
+        _ms(s), *_latitude_longitude(v), HOME_ALT + above, above, north, east, down, heading
     )
 
 
 def _local_position_ned(v: Vehicle, s: Sample) -> Message:
-    return mavlink.MAVLink_local_position_ned_message(
-        _ms(s), 0.0, 0.0, -v.airframe.altitude, 0.0, 0.0, -v.airframe.climb
-    )
+    return mavlink.MAVLink_local_position_ned_message(_ms(s), *v.airframe.position, *v.airframe.velocity)
 
 
 def _gps_raw_int(v: Vehicle, s: Sample) -> Message:
     altitude = HOME_ALT + round(v.airframe.altitude * 1000.0)
-    fix = mavlink.GPS_FIX_TYPE_3D_FIX
-    return mavlink.MAVLink_gps_raw_int_message(s.stamp_us, fix, HOME_LAT, HOME_LON, altitude, 100, 100, 0, 65535, 10)
+    fix, (latitude, longitude) = mavlink.GPS_FIX_TYPE_3D_FIX, _latitude_longitude(v)
+    speed = min(65534, round(hypot(*v.airframe.velocity[:2]) * 100.0))
+    return mavlink.MAVLink_gps_raw_int_message(
+        s.stamp_us, fix, latitude, longitude, altitude, 100, 100, speed, 65535, 10
+    )
 
 
 def _home_position(_: Vehicle, s: Sample) -> Message:
@@ -141,10 +152,9 @@ def _home_position(_: Vehicle, s: Sample) -> Message:
 
 
 def _servo_output_raw(v: Vehicle, s: Sample) -> Message:
-    """Four motors of a quad X, 1000…2000 µs. For show: the linear airframe is driven by u_e, not by these."""
-    roll, pitch, yaw = s.u_e
-    motors = (s.thrust + 0.5 * (a * roll + b * pitch + c * yaw) for a, b, c in _MIX)
-    widths = [1000 + round(1000.0 * max(0.0, min(1.0, m))) if v.armed else 1000 for m in motors]
+    """Four motors, 1000…2000 µs, in the order of `mixer`."""
+    motors = v.airframe.motors(s.u_e, s.thrust) if v.armed else (0.0,) * 4
+    widths = [1000 + round(1000.0 * each) for each in motors]
     return mavlink.MAVLink_servo_output_raw_message(s.stamp_us % 2**32, 0, *widths, 0, 0, 0, 0)
 
 
