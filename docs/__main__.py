@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from dob_companion.supervisor.table import TABLE, State
+from docs.vehicle import vehicle_page
 
 HERE = Path(__file__).parent
 
@@ -30,7 +31,7 @@ def supervisor_page() -> str:
     return "\n".join(lines)
 
 
-PAGES = {"supervisor.md": supervisor_page}
+PAGES = {"supervisor.md": supervisor_page, "vehicle.md": vehicle_page}
 
 
 def main() -> None:
