@@ -15,6 +15,13 @@ from docs.paper.section import Section
 ROOT = Path(__file__).parents[2]
 SPEC = ROOT / "examples" / "tailsitter_paper.toml"
 TUNED = SPEC.with_name("tailsitter_tuned.toml")
+FLIGHTS = {
+    "nonlinear": (SPEC, "paper_nonlinear"),
+    "nonlinear_tuned": (TUNED, "paper_nonlinear"),
+    "linear": (SPEC, "paper"),
+    "linear_tuned": (TUNED, "paper"),
+    "rod": (SPEC, "rod"),
+}
 
 
 def no_delay() -> str:
@@ -24,12 +31,12 @@ def no_delay() -> str:
 
 def make(work: Path) -> list[Section]:
     """Every section, from the paper's numbers alone; flights and sweeps leave their files in `work`."""
-    for name, spec, scenario in (("hover", SPEC, "paper"), ("tuned", TUNED, "paper"), ("rod", SPEC, "rod")):
+    for name, (spec, scenario) in FLIGHTS.items():
         fly(Demo(spec, work / name, seed=1, fast=True, scenario=scenario), PlainScreen())
     return [
         sweep.section(work / "sweep"),
         *frequency.sections(design_from_toml(no_delay(), str(SPEC))),
-        *hover.sections(work / "hover", work / "tuned"),
+        *hover.sections(work),
         *rod.sections(work / "rod"),
     ]
 

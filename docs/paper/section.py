@@ -30,8 +30,8 @@ class Number:
         if self.low is None and self.high is None:
             return "–"
         if self.low is not None and self.high is not None:
-            return f"{self.low:g} … {self.high:g}"
-        return f"≥ {self.low:g}" if self.low is not None else f"≤ {self.high:g}"
+            return f"{self.low:.4g} … {self.high:.4g}"
+        return f"≥ {self.low:.3g}" if self.low is not None else f"≤ {self.high:.3g}"
 
 
 @dataclass(frozen=True, slots=True)
