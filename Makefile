@@ -3,6 +3,7 @@
 #   make test    the tests
 #   make check   lint, types, import floors
 #   make proof   long campaigns and the tables of the docs
+#   make paper   the paper's figures beside ours: docs/paper.md
 #   make fuzz    coverage-guided fuzzing: FUZZ_ARGS="300 codec" for one target, 300 s
 #   make bench   measurements, as ratios taken in one run
 #   make docs    print the pages that come from the code
@@ -16,7 +17,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 
 .NOTPARALLEL:
-.PHONY: plants demo test check proof fuzz bench docs pins deb wheels-aarch64 clean
+.PHONY: plants paper demo test check proof fuzz bench docs pins deb wheels-aarch64 clean
 
 demo: $(VENV)/.demo
 	$(BIN)/dob-companion demo $(DEMO_ARGS)
@@ -42,6 +43,9 @@ bench: $(VENV)/.dev
 
 plants: $(VENV)/.dev
 	$(BIN)/python -m bench.plants
+
+paper: $(VENV)/.dev
+	$(BIN)/python -m docs.paper
 
 docs: $(VENV)/.dev
 	$(BIN)/python -m docs
