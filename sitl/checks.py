@@ -108,6 +108,7 @@ def _rate_error(part: dict[str, Numbers], axis: int) -> Numbers:
     """r − y: the rate that the attitude loop asks for less the true one, rad/s (the paper's Fig. 16b)."""
     return -ATTITUDE_GAIN * part[_ERROR][:, axis] - part["rate"][:, axis]
 
+
 PER_AXIS: dict[str, Callable[[Cut, int], float | None]] = {
     "rms_ratio": lambda cut, i: _ratio(rms(cut.off[_ERROR][:, i]), rms(cut.on[_ERROR][:, i])),
     "peak_ratio": lambda cut, i: _ratio(peak(cut.off[_ERROR][:, i]), peak(cut.on[_ERROR][:, i])),
