@@ -4,12 +4,11 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from types import ModuleType
 
 from dob_companion import __version__
-from dob_companion.cli import compare, demo, design, doctor, inspect, param, replay, report, run, status
 from dob_companion.errors import DobError, InputError
 
-COMMANDS = (demo, design, inspect, compare, doctor, run, param, status, replay, report)
 EXIT_INTERRUPTED = 130
 
 _EXTRA_OF = {"cvxpy": "design", "clarabel": "design", "control": "design", "scipy": "design", "matplotlib": "design"}
@@ -18,8 +17,8 @@ _EXTRA_OF |= {"jinja2": "design", "mavsdk": "mavsdk", "rich": "view", "sitl": "s
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command. Returns its exit code (docs/interfaces.md): 0, 1, 2 or 130."""
-    args = parser().parse_args(argv)
     try:
+        args = parser().parse_args(argv)
         code: int = args.run(args)
         sys.stdout.flush()
     except DobError as problem:
@@ -46,9 +45,16 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action="version", version=f"dob-companion {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in COMMANDS:
-        command.add_parser(commands)
+    for module in command_modules():
+        module.add_parser(commands)
     return top
+
+
+def command_modules() -> tuple[ModuleType, ...]:
+    """The commands, in the order of their help. Imported only now: Ctrl-C meanwhile is then met as it is later."""
+    from dob_companion.cli import compare, demo, design, doctor, inspect, param, replay, report, run, status
+
+    return demo, design, inspect, compare, doctor, run, param, status, replay, report
 
 
 def _complain(text: str, code: int) -> int:

@@ -3,6 +3,8 @@
 import contextlib
 import json
 import queue
+import signal
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -18,6 +20,9 @@ from dob_companion.runtime.urls import LinkUrl
 
 COMPANION = 191
 """MAV_COMP_ID_ONBOARD_COMPUTER."""
+
+_POLL_S = 0.5
+"""How long MAVSDK is waited for at a time: a signal is not noticed sooner."""
 
 _T = TypeVar("_T")
 
@@ -42,15 +47,35 @@ class GroundStation:
         log_subscribe(lambda *_: True)  # MAVSDK prints to the terminal otherwise
         self.texts: queue.SimpleQueue[str] = queue.SimpleQueue()
         self.telemetry: Telemetry | None = None
-        self._mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
-        result = self._mavsdk.add_any_connection(_mavsdk_url(url))
+        with _signals_held():
+            self._mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+        try:
+            self._open(url)
+            self._find(url, timeout_s)
+            with _signals_held():
+                self._take_up()
+        except BaseException:  # Ctrl-C too
+            self.close()
+            raise
+
+    def _open(self, url: LinkUrl) -> None:
+        with _signals_held():
+            result = self._mavsdk.add_any_connection(_mavsdk_url(url))
         if result != ConnectionResult.SUCCESS:
-            self.close()
             raise LinkBusyError(f"link {url}: cannot be opened: {result.name.lower().replace('_', ' ')}")
-        self._system = self._mavsdk.first_autopilot(timeout_s)
-        if self._system is None:
-            self.close()
-            raise NoVehicleError(f"link {url}: no vehicle was heard within {timeout_s:g} s")
+
+    def _find(self, url: LinkUrl, timeout_s: float) -> None:
+        deadline = time.monotonic() + timeout_s
+        while True:
+            left = deadline - time.monotonic()
+            with _signals_held():
+                self._system = self._mavsdk.first_autopilot(max(0.0, min(_POLL_S, left)))
+            if self._system is not None:
+                return
+            if left <= _POLL_S:
+                raise NoVehicleError(f"link {url}: no vehicle was heard within {timeout_s:g} s")
+
+    def _take_up(self) -> None:
         self._action = Action(self._system)
         self._direct = MavlinkDirect(self._system)
         self._direct.subscribe_message("STATUSTEXT", self._on_text)
@@ -67,7 +92,8 @@ class GroundStation:
 
     def close(self) -> None:
         """Leave the link."""
-        self._mavsdk.destroy()
+        with _signals_held():
+            self._mavsdk.destroy()
 
     def arm(self) -> None:
         """Arm. Raises RefusedError when the vehicle declines."""
@@ -107,6 +133,24 @@ class GroundStation:
         self.telemetry = Telemetry(
             int(fields["time_usec"]), tuple(data[0:3]), tuple(data[3:6]), int(data[6]), int(data[7]), float(data[8])
         )
+
+
+@contextlib.contextmanager
+def _signals_held() -> Iterator[None]:
+    """Ctrl-C and SIGTERM take effect at the end. Between a call of MAVSDK and the note of the handle that it returns
+    they would leave that handle behind, and MAVSDK aborts the process when it is destroyed with one outstanding."""
+    if threading.current_thread() is not threading.main_thread():  # where Python never runs handlers
+        yield
+        return
+    held: list[int] = []
+    before = {n: signal.signal(n, lambda number, _: held.append(number)) for n in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if held:
+            signal.raise_signal(held[0])
 
 
 def _asked(what: str, call: Callable[[], _T]) -> _T:

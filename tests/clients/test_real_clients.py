@@ -1,13 +1,17 @@
 """Clients that others wrote, on an autopilot of either make: they list, read and toggle the companion's parameters."""
 
 import json
+import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from dob_companion.companion import PARAMETERS
+from tests.cli.processes import free_port
 from tests.clients.processes import ROOT, MavProxy, flying
+from tests.recorder.flights import wait_until
 
 KINDS = ("px4", "ardupilot")
 NAMES = [spec.name for spec in PARAMETERS]
@@ -54,3 +58,13 @@ def test_mavproxy_lists_reads_and_toggles(design, kind, tmp_path):
         console.type("param set DOB_GAIN 9")
         console.wait_for("Failed to set DOB_STATE")
         console.wait_for("Failed to set DOB_GAIN")
+
+
+def test_ctrl_c_while_mavsdk_looks_for_a_vehicle_ends_at_once_and_in_order():
+    port = free_port()
+    command = [sys.executable, "-m", "dob_companion", "status", "--link", f"udpin:127.0.0.1:{port}", "--timeout", "60"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        wait_until(lambda: f":{port:04X} " in Path("/proc/net/udp").read_text())  # it listens
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    assert (process.returncode, errors) == (130, "")

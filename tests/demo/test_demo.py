@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.cli.processes import run_cli
+from tests.recorder.flights import wait_until
 
 PATIENCE_S = 180.0
 
@@ -100,18 +101,26 @@ def test_ctrl_c_at_any_moment_leaves_no_process_and_only_whole_files(tmp_path, a
         [sys.executable, "-m", "dob_companion", "demo", "-o", tmp_path], stderr=subprocess.PIPE, text=True
     )
     family = set()
+    wait_until(lambda: catches(process.pid, signal.SIGINT))
     deadline = time.monotonic() + after_s
     while time.monotonic() < deadline and process.poll() is None:
         family |= children(process.pid)
         os.sched_yield()
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=30)
-    assert process.returncode == 130, errors
+    # Python itself ends by the signal, which a shell shows as 130 too, where it came within an exec() of the imports
+    assert process.returncode in (130, -signal.SIGINT), errors
     assert "Traceback" not in errors
     assert not [pid for pid in family if Path(f"/proc/{pid}").exists()]
     for path in tmp_path.glob("*.json"):
         json.loads(path.read_text())
     assert not list(tmp_path.glob(".*"))
+
+
+def catches(pid, number):
+    """Whether a process has a handler for a signal: a Python that has only begun has none."""
+    status = dict(line.split(":\t") for line in Path(f"/proc/{pid}/status").read_text().splitlines())
+    return int(status["SigCgt"], 16) >> number - 1 & 1
 
 
 def children(pid):

@@ -15,7 +15,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from dob_companion.artifact import dumps
-from dob_companion.cli.main import COMMANDS
+from dob_companion.cli.main import command_modules
 from tests.cli.processes import free_port, one_line
 from tests.companion.aircraft import small_design
 from tests.packaging.project import EXTRAS, PROJECT, requirements
@@ -104,7 +104,7 @@ def test_the_simulated_vehicle_flies_without_any_extra(tmp_path):
     assert "no answer to sample 0" in finished.stderr
 
 
-@pytest.mark.parametrize("command", [module.__name__.rpartition(".")[2] for module in COMMANDS])
+@pytest.mark.parametrize("command", [module.__name__.rpartition(".")[2] for module in command_modules()])
 def test_help_needs_no_extra(command, tmp_path):
     finished = run_light(command, "--help", cwd=tmp_path)
     assert finished.returncode == 0, finished.stderr
