@@ -48,7 +48,7 @@ DISTURBED = {
     "nothing else": ratio(4.0) + ACTIVE,
     "plant gain 30 % low": event("gain", "factor = 0.7") + ratio(4.0) + ACTIVE,
     "plant gain 30 % high": event("gain", "factor = 1.3") + ratio(4.0) + ACTIVE,
-    "a payload dropped": event("payload", "kg = 0.15") + event("payload", "kg = 0.0\nat_s = 1.0") + ratio(4.0) + ACTIVE,
+    "a payload dropped": event("payload", "kg = 0.1") + event("payload", "kg = 0.0\nat_s = 1.0") + ratio(4.0) + ACTIVE,
     "a rotor at 70 %": event("rotor", "rotor = 1\neffectiveness = 0.7\nat_s = 0.5") + ratio(1.5) + ACTIVE,
     "a sagging battery": event("battery", "charge = 0.35") + ratio(4.0) + ACTIVE,
     "flexible modes": event("flexible") + ratio(4.0) + ACTIVE,
