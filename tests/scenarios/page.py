@@ -19,7 +19,8 @@ for that delay (`examples/tailsitter_tuned.toml`, `_2`, `_3`). What a scenario d
 ## Attitude error, observer off over on
 RMS / peak over the whole window, faults and faded corrections included; in brackets the paper's peak ratio where it has
 one. An axis on which nothing disturbs says nothing: in `aggressive` the error is the pilot's own manoeuvre and must not
-change; in wind the position loop's commands outweigh it on pitch and roll (`rate_ratio` below tells more).
+change; in wind the position loop's commands outweigh it on pitch and roll (`rate_ratio` below tells more). Where all three
+are 1 otherwise, the companion has let go for good: `gain_low.toml` says why.
 """
 
 
