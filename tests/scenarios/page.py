@@ -8,6 +8,9 @@ from tests.scenarios.wire import Flown
 
 PAGE = Path(__file__).parents[2] / "docs" / "scenario-results.md"
 
+STILL_RAD = 1e-4
+"""An axis that moves less than this with the observer off has nothing to compare."""
+
 HEAD = """# Scenario results
 
 Printed by `python -m tests.scenarios --write`: every packaged scenario at one, two and three samples of link delay,
@@ -19,8 +22,8 @@ for that delay (`examples/tailsitter_tuned.toml`, `_2`, `_3`). What a scenario d
 ## Attitude error, observer off over on
 RMS / peak over the whole window, faults and faded corrections included; in brackets the paper's peak ratio where it has
 one. An axis on which nothing disturbs says nothing: in `aggressive` the error is the pilot's own manoeuvre and must not
-change; in wind the position loop's commands outweigh it on pitch and roll (`rate_ratio` below tells more). Where all three
-are 1 otherwise, the companion has let go for good: `gain_low.toml` says why.
+change; in wind the position loop's commands outweigh it on pitch and roll (`rate_ratio` below tells more). Where all
+three are 1 otherwise, the companion has let go for good: `gain_low.toml` says why.
 """
 
 
@@ -50,8 +53,8 @@ def _ratio(flown: Flown, axis: str) -> str:
     if flown.result is None:
         return "–"
     numbers = flown.result["axes"][axis]
-    if numbers["rms_ratio"] is None:
-        return "held"
+    if numbers["rms_ratio"] is None or numbers["rms_off"] < STILL_RAD:
+        return "–"
     paper = "" if numbers["paper_ratio"] is None else f" ({numbers['paper_ratio']:g})"
     return f"{numbers['rms_ratio']:.2f} / {numbers['peak_ratio']:.2f}{paper}"
 
