@@ -17,7 +17,7 @@ from sitl.campaign.pilot import Craft, Job, airframe_of, fly_row
 from sitl.campaign.plan import Inputs
 from sitl.dynamics import DT
 from sitl.flight import Flight
-from sitl.scenario import load
+from sitl.scenario.spec import load
 
 SCENARIO = "paper"
 DISTURBANCE = (0.02, 0.02, 0.02)

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from sitl.attitude import ZERO
-from sitl.correction import CorrectionInput
+from sitl.autopilot.correction import CorrectionInput
+from sitl.autopilot.vehicle import Vehicle
 from sitl.dynamics import DT, Airframe, LinearAirframe
-from sitl.surroundings import Surroundings
 from sitl.tailsitter.airframe import Tailsitter
-from sitl.vehicle import Vehicle
+from sitl.weather.surroundings import Surroundings
 
 BLOCK = 250
 BLOCKS = 60

@@ -3,12 +3,12 @@
 
 import numpy as np
 
-from sitl.controller import ATTITUDE_GAIN
+from sitl.autopilot.controller import ATTITUDE_GAIN
+from sitl.autopilot.tuning import RATE_PIDS
 from sitl.dynamics import DT, PITCH
 from sitl.errors import FlightFailedError
 from sitl.tailsitter.parameters import Parameters, table
 from sitl.tailsitter.trim import linearize, trim
-from sitl.tuning import RATE_PIDS
 
 AXES = ("roll", "pitch", "yaw")
 BAND = (4.0, 6.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0)
@@ -31,7 +31,7 @@ A scenario flies it with `airframe = "tailsitter"`; `airframe = "linear"` flies 
 | flexible modes (`flexible.py`) | three, driven by the rotors' torque, felt by the gyro; off unless asked for | shapes, frequencies and damping are guesses; no reaction on the rigid body |
 | battery (`battery.py`) | open-circuit voltage linear in charge, internal resistance, top speed in proportion to voltage; off unless asked for | no relaxation, no temperature |
 | payload | a point mass rigidly below | no swinging; release does not move the origin |
-| gyro and clock (`sitl/imu.py`) | noise from the scenario, bias, latency, quantization; stamps with grid, jitter and skew | no scale error, no drift; the value stamped is that of the exact time |
+| gyro and clock (`sitl/autopilot/imu.py`) | noise from the scenario, bias, latency, quantization; stamps with grid, jitter and skew | no scale error, no drift; the value stamped is that of the exact time |
 
 The paper's disturbance d enters where u_e does: behind the same delay and lag, as a torque that the rotors need not
 make, so it has no limits of its own.
@@ -50,7 +50,7 @@ rate error. Pitch has (12). Roll and yaw have what their authority allows; the p
 
 {loops}
 
-The mixer (`sitl/mixer.py`) asks each rotor for {share:.3g} of its full thrust per unit of torque: full scale is far beyond the
+The mixer (`sitl/autopilot/mixer.py`) asks each rotor for {share:.3g} of its full thrust per unit of torque: full scale is far beyond the
 rotors, as the gain of (11) says. What gives way first is thrust, then yaw, then roll and pitch together: PX4's air mode
 on all axes. u_e is what is left. Around it a cascade holds position (lean up to 45°) and altitude, with integrals for
 wind, payload and battery.

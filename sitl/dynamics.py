@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, down_component, rotated_by_rate
+from sitl.autopilot.mixer import Four, Mixer
+from sitl.autopilot.tuning import RATE_PIDS, Tuning
 from sitl.condition import Condition
-from sitl.mixer import Four, Mixer
-from sitl.surroundings import Surroundings
-from sitl.tuning import RATE_PIDS, Tuning
+from sitl.weather.surroundings import Surroundings
 
 DT = 0.004
 """Sample time, s: the paper's attitude loop runs at 250 Hz (beside Eq. (10))."""

@@ -3,17 +3,17 @@
 from math import pi, sin
 
 from sitl.attitude import ZERO, Quaternion, Vector, turned_back
-from sitl.channel import Channel
-from sitl.correction import CorrectionInput, Verdict
+from sitl.autopilot.correction import CorrectionInput, Verdict
+from sitl.autopilot.vehicle import Sample, Vehicle
 from sitl.dynamics import DT, Airframe, LinearAirframe
-from sitl.events import Stage, Timeline
-from sitl.gusts import Air
 from sitl.log import FlightLog
-from sitl.scenario import Disturbance, Pull, Scenario
-from sitl.script import Phase, Script
-from sitl.surroundings import Surroundings
-from sitl.vehicle import Sample, Vehicle
-from sitl.weather import CALM, Weather, noise_sigma
+from sitl.scenario.events import Stage, Timeline
+from sitl.scenario.script import Phase, Script
+from sitl.scenario.spec import Disturbance, Pull, Scenario
+from sitl.weather.disturbance import CALM, Weather, noise_sigma
+from sitl.weather.gusts import Air
+from sitl.weather.surroundings import Surroundings
+from sitl.wire.channel import Channel
 
 
 class Flight:

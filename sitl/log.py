@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitl.attitude import Vector
-from sitl.surroundings import Surroundings
-from sitl.vehicle import DT_US, START_US, Sample
+from sitl.autopilot.vehicle import DT_US, START_US, Sample
+from sitl.weather.surroundings import Surroundings
 
 NO_WINDOW, OFF_WINDOW, ON_WINDOW = 0, 1, 2
 """Which window a sample lies in: none, observer off, observer on."""

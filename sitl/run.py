@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from time import monotonic
 
+from sitl.autopilot.vehicle import DT_US, START_US
 from sitl.errors import FlightFailedError
 from sitl.links import Link, wait
 from sitl.pace import Pace
-from sitl.script import Phase
-from sitl.vehicle import DT_US, START_US
+from sitl.scenario.script import Phase
 from sitl.wire.endpoint import Endpoint
 
 REPEAT_S = 0.2

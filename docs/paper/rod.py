@@ -9,7 +9,7 @@ import numpy as np
 from dob_companion.report.chart import Array, Chart, Curve, Panel, Scale, symmetric
 from dob_companion.report.trace import FlightTrace
 from docs.paper.section import Number, Section
-from sitl.controller import ATTITUDE_GAIN
+from sitl.autopilot.controller import ATTITUDE_GAIN
 
 ROLL = 0
 PAPER_OFF, PAPER_ON, PAPER_RATIO = 0.3, 0.08, 3.75

@@ -17,7 +17,7 @@ from sitl.campaign.progress import Progress
 from sitl.campaign.summary import summarize, table
 from sitl.errors import InputError, SitlError
 from sitl.result import write
-from sitl.scenario import AIRFRAMES
+from sitl.scenario.spec import AIRFRAMES
 
 _EXAMPLE = """\
 examples:

@@ -13,13 +13,13 @@ from typing import Any
 
 from dob_companion import __version__
 from sitl.attitude import Vector
-from sitl.calibration import disturbance_scale
 from sitl.campaign.keys import checked
 from sitl.campaign.pilot import Job
 from sitl.campaign.plan import Between, Campaign, Inputs, Values
 from sitl.campaign.store import Store, replace
 from sitl.errors import InputError, ScenarioError
-from sitl.scenario import Scenario, load
+from sitl.scenario.calibration import disturbance_scale
+from sitl.scenario.spec import Scenario, load
 
 SCHEMA = "dob-companion/campaign/1"
 
@@ -27,7 +27,7 @@ SCHEMA = "dob-companion/campaign/1"
 class Directory:
     """An open campaign: what it flies, how strong its disturbance is, and its rows.
 
-    `scale` is the disturbance's size by airframe (see `sitl.calibration`): found once, by flying the first seed
+    `scale` is the disturbance's size by airframe (see `calibration`): found once, by flying the first seed
     without plant errors, so that every flight of a campaign meets weather of the same strength.
     """
 

@@ -14,7 +14,7 @@ from dob_companion.errors import InputError as CompanionInputError
 from sitl.campaign.plan import Between, Campaign, Values
 from sitl.dynamics import DT
 from sitl.errors import InputError
-from sitl.scenario import AIRFRAMES, load
+from sitl.scenario.spec import AIRFRAMES, load
 
 LONGEST_DELAY = 20
 """Samples of link delay, as for `python -m sitl --delay`."""

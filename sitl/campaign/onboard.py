@@ -15,9 +15,9 @@ from dob_companion.companion.parameters import Parameters
 from dob_companion.mavlink import AppliedMoment, FlightState, GyroSample, ParamWrite, Sender
 from dob_companion.supervisor import State
 from sitl.attitude import Vector
+from sitl.autopilot.imu import Gyro
+from sitl.autopilot.vehicle import Sample
 from sitl.flight import Flight
-from sitl.imu import Gyro
-from sitl.vehicle import Sample
 from sitl.wire.messages import landed_state
 from sitl.wire.stamping import Stamping
 

@@ -9,19 +9,19 @@ import numpy as np
 
 from dob_companion.artifact import DobDesign, loads
 from sitl.attitude import Vector
+from sitl.autopilot.vehicle import START_US
 from sitl.campaign.onboard import Onboard
 from sitl.campaign.plan import Inputs
-from sitl.checks import judge
 from sitl.dynamics import DT, PITCH, ROLL, YAW, Airframe, LinearAirframe, RateAxis
 from sitl.errors import FlightFailedError, SitlError
 from sitl.flight import Flight
-from sitl.gusts import Wind
 from sitl.log import ON_WINDOW
 from sitl.result import summarize
-from sitl.scenario import Scenario
-from sitl.script import Phase
-from sitl.tables import AXES
-from sitl.vehicle import START_US
+from sitl.scenario.checks import judge
+from sitl.scenario.script import Phase
+from sitl.scenario.spec import Scenario
+from sitl.scenario.tables import AXES
+from sitl.weather.gusts import Wind
 
 PATIENCE_S = 60.0
 """Vehicle time after which a flight that does not reach its hover is given up."""
@@ -41,7 +41,7 @@ Row = dict[str, Any]
 class Job:
     """What one flight needs, wherever it is flown: small, and the same job gives the same row.
 
-    `scale` is the disturbance's size, roll pitch yaw (see `sitl.calibration`); `design` the text of a design.json.
+    `scale` is the disturbance's size, roll pitch yaw (see `calibration`); `design` the text of a design.json.
     """
 
     inputs: Inputs

@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 
 from sitl.campaign.pilot import MEASURES, Row
 from sitl.errors import InputError
-from sitl.tables import AXES
+from sitl.scenario.tables import AXES
 
 MOST_PARTS = 64
 """So many parts are joined into one, that a long campaign does not drown its directory in files."""

@@ -6,13 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from sitl.errors import SitlError
+from sitl.scenario.tables import AXES
 from sitl.sweep.client import SweepClient
 from sitl.sweep.figure import save_figure
 from sitl.sweep.fit import BAND
 from sitl.sweep.flight import given_link, started_vehicle, sweep
 from sitl.sweep.identify import identify, modes, table, write
 from sitl.sweep.multisine import FLEXIBLE, Plan, excitation
-from sitl.tables import AXES
 
 _EXAMPLE = """\
 example: all three axes of the tail-sitter, results in ./sweep

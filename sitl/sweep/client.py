@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from pymavlink.dialects.v20 import common as mavlink
 
+from sitl.autopilot.vehicle import DT_US
 from sitl.errors import FlightFailedError
 from sitl.sweep.multisine import Floats
-from sitl.vehicle import DT_US
 
 REST = 1250
 """Samples of hover without excitation before each sweep: 5 s, longer than any transient of the rate loop."""

@@ -5,10 +5,10 @@ import struct
 import numpy as np
 
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector
+from sitl.autopilot.mixer import Four, Mixer
+from sitl.autopilot.tuning import RATE_PIDS, Tuning
 from sitl.condition import Condition
 from sitl.dynamics import DT
-from sitl.mixer import Four, Mixer
-from sitl.surroundings import Surroundings
 from sitl.tailsitter.body import STEPS, sample, workspace
 from sitl.tailsitter.layout import (
     CHARGE,
@@ -23,7 +23,7 @@ from sitl.tailsitter.layout import (
 )
 from sitl.tailsitter.parameters import Parameters
 from sitl.tailsitter.trim import trim
-from sitl.tuning import RATE_PIDS, Tuning
+from sitl.weather.surroundings import Surroundings
 
 ALTITUDE_INTEGRAL = 0.8
 """Acceleration gained per climb rate error and time, 1/s². A guess; PX4's MPC_Z_VEL_I_ACC is 2."""

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitl.attitude import ZERO, Quaternion, Vector
+from sitl.autopilot.mixer import Mixer
+from sitl.autopilot.position import lean
 from sitl.dynamics import DT, GRAVITY
 from sitl.errors import FlightFailedError
-from sitl.mixer import Mixer
-from sitl.position import lean
 from sitl.tailsitter.body import STEPS, derivative, sample, workspace
 from sitl.tailsitter.layout import (
     ACCELERATION,

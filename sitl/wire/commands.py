@@ -4,8 +4,8 @@ from math import isfinite
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from sitl.autopilot.vehicle import DT_US
 from sitl.flight import Flight
-from sitl.vehicle import DT_US
 from sitl.wire.messages import BUILDERS
 from sitl.wire.parameters import Parameters
 from sitl.wire.port import Message, Port, source_of

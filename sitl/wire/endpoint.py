@@ -9,9 +9,9 @@ from math import inf, isfinite
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.correction import Verdict
+from sitl.autopilot.correction import Verdict
+from sitl.autopilot.vehicle import Sample
 from sitl.flight import Flight
-from sitl.vehicle import Sample
 from sitl.wire import ftp
 from sitl.wire.commands import Commands
 from sitl.wire.messages import BUILDERS, actuator_control_target, heartbeat, highres_imu

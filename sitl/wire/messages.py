@@ -6,7 +6,7 @@ from math import asin, atan2, cos, degrees, hypot, radians
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.attitude import Quaternion, Vector
-from sitl.vehicle import Sample, Vehicle
+from sitl.autopilot.vehicle import Sample, Vehicle
 from sitl.wire.port import Message
 
 HOME_LAT, HOME_LON, HOME_ALT = 223364000, 1142655000, 50_000

@@ -6,7 +6,7 @@ from math import isfinite
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.vehicle import DT_US, Vehicle
+from sitl.autopilot.vehicle import DT_US, Vehicle
 from sitl.wire.port import COMPONENT, SYSTEM, Message, Port, source_of
 
 

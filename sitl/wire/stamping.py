@@ -1,8 +1,8 @@
 """What the vehicle's clock says of its samples, and back: on the wire that clock counts, in the record exact time."""
 
-from sitl.imu import Stamps
-from sitl.scenario import Clock
-from sitl.vehicle import Sample
+from sitl.autopilot.imu import Stamps
+from sitl.autopilot.vehicle import Sample
+from sitl.scenario.spec import Clock
 
 MEMORY = 256
 """Samples whose stamps are remembered; an answer to an older one is nobody's."""

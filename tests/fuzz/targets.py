@@ -17,7 +17,7 @@ from dob_companion.files.trace import SCHEMA, Kind, frame, item, json_item, time
 from dob_companion.mavlink import Codec
 from dob_companion.synthesis.spec import parse_spec
 from sitl.flight import Flight
-from sitl.scenario import load
+from sitl.scenario.spec import load
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 from tests.companion.aircraft import small_design
 

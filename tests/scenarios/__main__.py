@@ -10,7 +10,7 @@ from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from sitl.scenario import load, packaged_names
+from sitl.scenario.spec import load, packaged_names
 from tests.scenarios.designs import design_file
 from tests.scenarios.page import PAGE, page
 from tests.scenarios.wire import Flown, fly

@@ -5,10 +5,10 @@ from pymavlink.dialects.v20 import common as mav
 from dob_companion.artifact import DobDesign
 from dob_companion.companion import Companion
 from sitl.attitude import Vector
-from sitl.calibration import disturbance_scale
+from sitl.autopilot.vehicle import START_US
 from sitl.flight import Flight
-from sitl.scenario import Scenario
-from sitl.vehicle import START_US
+from sitl.scenario.calibration import disturbance_scale
+from sitl.scenario.spec import Scenario
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 
 

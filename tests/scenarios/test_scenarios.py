@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sitl.scenario import load
+from sitl.scenario.spec import load
 from tests.scenarios import memory
 from tests.scenarios.__main__ import compared, fly_all
 from tests.scenarios.designs import design_file, design_for

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from sitl.correction import CorrectionInput, Verdict
+from sitl.autopilot.correction import CorrectionInput, Verdict
+from sitl.autopilot.vehicle import DT_US, START_US, Vehicle
 from sitl.dynamics import LinearAirframe
-from sitl.surroundings import STILL, Surroundings
-from sitl.vehicle import DT_US, START_US, Vehicle
+from sitl.weather.surroundings import STILL, Surroundings
 
 NOW = 20_000_000
 VALUE = (0.1, -0.2, 0.3)

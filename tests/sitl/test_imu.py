@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sitl.attitude import ZERO
-from sitl.imu import COARSE, FINE, Gyro, Stamps
+from sitl.autopilot.imu import COARSE, FINE, Gyro, Stamps
 
 
 def test_a_perfect_gyro_reads_the_rate():

@@ -8,13 +8,13 @@ from scipy.signal import freqz, lfilter
 from scipy.spatial.transform import Rotation
 
 from sitl.attitude import attitude_error, down_component, multiply, rotated_by_rate
-from sitl.controller import ATTITUDE_GAIN, RateController
-from sitl.correction import CorrectionInput
+from sitl.autopilot.controller import ATTITUDE_GAIN, RateController
+from sitl.autopilot.correction import CorrectionInput
+from sitl.autopilot.tuning import PITCH_PID
+from sitl.autopilot.vehicle import Vehicle
 from sitl.dynamics import DT, LINEAR_TUNING, PITCH, ROLL, YAW, LinearAirframe, LinearAxis
-from sitl.surroundings import STILL, Surroundings
-from sitl.tuning import PITCH_PID
-from sitl.vehicle import Vehicle
-from sitl.weather import CALM, SEGMENT, Weather, first_order_pole, noise_sigma
+from sitl.weather.disturbance import CALM, SEGMENT, Weather, first_order_pole, noise_sigma
+from sitl.weather.surroundings import STILL, Surroundings
 
 G = (PITCH.gain * np.array([0.0, 1.0, -PITCH.zero]), np.poly([1.0, PITCH.pole]))
 C = (PITCH_PID.gain * np.poly(PITCH_PID.zeros), np.poly([0.0, 1.0]))

@@ -4,7 +4,7 @@ from math import isclose
 
 from sitl.dynamics import LinearAirframe
 from sitl.flight import Flight
-from sitl.scenario import load
+from sitl.scenario.spec import load
 from sitl.tailsitter.airframe import Tailsitter
 from sitl.wire.messages import BUILDERS, HOME_LAT, HOME_LON
 

@@ -6,12 +6,12 @@ import sys
 import numpy as np
 import pytest
 
-from sitl.checks import STATES, judge, lines, read_checks
 from sitl.cli import save
 from sitl.flight import Flight
-from sitl.scenario import load
-from sitl.script import Phase
-from sitl.tables import Table
+from sitl.scenario.checks import STATES, judge, lines, read_checks
+from sitl.scenario.script import Phase
+from sitl.scenario.spec import load
+from sitl.scenario.tables import Table
 from tests.sitl.bench import SHORT, Sitl
 
 N = 500

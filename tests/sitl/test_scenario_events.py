@@ -11,8 +11,8 @@ from sitl.condition import Condition
 from sitl.dynamics import LinearAirframe
 from sitl.errors import ScenarioError
 from sitl.flight import Flight
-from sitl.scenario import Scenario, load
-from sitl.script import Phase
+from sitl.scenario.script import Phase
+from sitl.scenario.spec import Scenario, load
 from tests.sitl.bench import SHORT
 
 SCALE = (0.1, 0.06, 0.17)

@@ -10,7 +10,7 @@ import pytest
 from sitl.attitude import ZERO, Vector
 from sitl.flight import Flight
 from sitl.result import verdicts
-from sitl.scenario import load, packaged_names
+from sitl.scenario.spec import load, packaged_names
 from tests.scenarios.designs import design_for
 from tests.scenarios.memory import fly
 

@@ -5,7 +5,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from sitl.gusts import Air, Dryden, Gust, Longitudinal, Transverse, Wind, low_altitude
+from sitl.weather.gusts import Air, Dryden, Gust, Longitudinal, Transverse, Wind, low_altitude
 
 DT = 0.004
 FOOT = 0.3048

@@ -8,8 +8,8 @@ import pytest
 from sitl.errors import FlightFailedError
 from sitl.flight import Flight
 from sitl.result import summarize
-from sitl.scenario import load
-from sitl.script import Phase
+from sitl.scenario.script import Phase
+from sitl.scenario.spec import load
 from tests.sitl.bench import short_scenario
 
 SCALE = (0.1, 0.06, 0.17)

@@ -5,7 +5,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.flight import Flight
-from sitl.scenario import load
+from sitl.scenario.spec import load
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 from tests.sitl.bench import command, parser_of
 

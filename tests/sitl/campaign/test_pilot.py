@@ -10,8 +10,8 @@ from sitl.campaign.pilot import Job, airframe_of, fly, fly_row, row_of
 from sitl.campaign.plan import Inputs
 from sitl.dynamics import DT, PITCH
 from sitl.log import ON_WINDOW
-from sitl.scenario import load
-from sitl.surroundings import STILL
+from sitl.scenario.spec import load
+from sitl.weather.surroundings import STILL
 
 NOMINAL = Inputs(0, 3, "linear", "paper", 1, 1.0, 1.0)
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from sitl.flight import Flight
-from sitl.scenario import load
+from sitl.scenario.spec import load
 from sitl.sweep.client import SweepClient
 from sitl.wire.endpoint import COMPANION, Endpoint
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from sitl.dynamics import PITCH, ROLL, YAW
+from sitl.scenario.tables import AXES
 from sitl.sweep.client import SweepClient
 from sitl.sweep.fit import response_of
 from sitl.sweep.identify import Identified, acceleration, identify, modes
 from sitl.sweep.multisine import FLEXIBLE, Plan, excitation
-from sitl.tables import AXES
 from sitl.tailsitter.parameters import Parameters
 from sitl.tailsitter.trim import linearize
 from tests.sitl.sweep.memory import fly, vehicle

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from sitl.attitude import ZERO, multiply
-from sitl.correction import CorrectionInput
+from sitl.autopilot.correction import CorrectionInput
+from sitl.autopilot.tuning import RATE_PIDS
+from sitl.autopilot.vehicle import Sample, Vehicle
 from sitl.dynamics import DT
 from sitl.errors import FlightFailedError
-from sitl.surroundings import STILL, Surroundings
 from sitl.tailsitter.airframe import Tailsitter
 from sitl.tailsitter.parameters import Parameters
 from sitl.tailsitter.trim import linearize, trim
-from sitl.tuning import RATE_PIDS
-from sitl.vehicle import Sample, Vehicle
-from sitl.weather import SEGMENT, Weather
+from sitl.weather.disturbance import SEGMENT, Weather
+from sitl.weather.surroundings import STILL, Surroundings
 
 P = Parameters()
 BAND = np.geomspace(4.0, 50.0, 24)  # where the paper identified (11), rad/s
@@ -236,10 +236,10 @@ def test_turning_a_quarter_about_the_nose_turns_broadside_into_edge_on():
 
 
 PLAIN = """
-from sitl.correction import CorrectionInput
-from sitl.surroundings import Surroundings
+from sitl.autopilot.correction import CorrectionInput
+from sitl.weather.surroundings import Surroundings
 from sitl.tailsitter.airframe import Tailsitter
-from sitl.vehicle import Vehicle
+from sitl.autopilot.vehicle import Vehicle
 vehicle = Vehicle(Tailsitter())
 vehicle.airframe.condition.flexible = vehicle.airframe.condition.battery_sag = True
 vehicle.arm()

@@ -5,10 +5,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitl.attitude import LEVEL, ZERO
+from sitl.autopilot.position import MAX_LEAN, AltitudeHold, PositionHold, lean
+from sitl.autopilot.tuning import PITCH_PID, Tuning
 from sitl.dynamics import DT, GRAVITY
-from sitl.position import MAX_LEAN, AltitudeHold, PositionHold, lean
 from sitl.tailsitter.airframe import Tailsitter
-from sitl.tuning import PITCH_PID, Tuning
 
 unhurried = settings(deadline=None)
 

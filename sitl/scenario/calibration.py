@@ -6,8 +6,8 @@ from sitl.attitude import Vector
 from sitl.errors import FlightFailedError
 from sitl.flight import Flight
 from sitl.log import OFF_WINDOW
-from sitl.scenario import Scenario
-from sitl.script import Phase
+from sitl.scenario.script import Phase
+from sitl.scenario.spec import Scenario
 
 TOLERANCE = 1e-6
 """Relative error of the peaks at which the search ends."""

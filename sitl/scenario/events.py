@@ -7,10 +7,10 @@ from math import inf
 from typing import Protocol
 
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, rotated_by_rate
-from sitl.channel import Channel, Quality
+from sitl.autopilot.vehicle import Vehicle
 from sitl.condition import Condition
-from sitl.tables import AXES, Table
-from sitl.vehicle import Vehicle
+from sitl.scenario.tables import AXES, Table
+from sitl.wire.channel import Channel, Quality
 
 
 @dataclass(slots=True)

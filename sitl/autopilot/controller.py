@@ -1,7 +1,7 @@
 """The baseline attitude controllers: PID (12) on each body rate and the quaternion attitude loop around it."""
 
 from sitl.attitude import Vector
-from sitl.tuning import RateGains
+from sitl.autopilot.tuning import RateGains
 
 ATTITUDE_GAIN = 6.5
 """Rate asked for per attitude error, 1/s. The paper does not print it; 6.5 is the gain its time-domain reference

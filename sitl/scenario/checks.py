@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitl.controller import ATTITUDE_GAIN
+from sitl.autopilot.controller import ATTITUDE_GAIN
+from sitl.autopilot.vehicle import DT_US
 from sitl.errors import ScenarioError
 from sitl.log import OFF_WINDOW, ON_WINDOW, STATES, Arrays
-from sitl.tables import AXES, Table
-from sitl.vehicle import DT_US
+from sitl.scenario.tables import AXES, Table
 
 Numbers = NDArray[np.float64]
 Bounds = tuple[float, ...] | None

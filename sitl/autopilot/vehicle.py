@@ -4,12 +4,12 @@ import struct
 from typing import NamedTuple
 
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error, down_component, multiply
-from sitl.controller import ATTITUDE_GAIN, RateController, rate_setpoint
-from sitl.correction import CorrectionInput
+from sitl.autopilot.controller import ATTITUDE_GAIN, RateController, rate_setpoint
+from sitl.autopilot.correction import CorrectionInput
+from sitl.autopilot.imu import Gyro
+from sitl.autopilot.position import AltitudeHold, PositionHold
 from sitl.dynamics import DT, Airframe
-from sitl.imu import Gyro
-from sitl.position import AltitudeHold, PositionHold
-from sitl.surroundings import Surroundings
+from sitl.weather.surroundings import Surroundings
 
 DT_US = round(DT * 1e6)
 

@@ -15,11 +15,11 @@ the flight goes on through it.
 
 from enum import Enum
 
+from sitl.autopilot.vehicle import DT_US, Sample, Vehicle
 from sitl.errors import FlightFailedError
 from sitl.log import NO_WINDOW, OFF_WINDOW, ON_WINDOW
-from sitl.scenario import Scenario
-from sitl.vehicle import DT_US, Sample, Vehicle
-from sitl.weather import CALM, SEGMENT
+from sitl.scenario.spec import Scenario
+from sitl.weather.disturbance import CALM, SEGMENT
 
 CLOSE_M, SLOW_M_S, STEADY_SAMPLES = 0.1, 0.1, 125
 """Hover is reached when altitude and climb rate stay this near the target for half a second. A guess."""

@@ -3,8 +3,8 @@
 from math import hypot, sqrt
 
 from sitl.attitude import LEVEL, Quaternion, Vector
+from sitl.autopilot.tuning import Tuning
 from sitl.dynamics import DT, GRAVITY
-from sitl.tuning import Tuning
 
 EVERY = 5
 """Samples per step of the position loop: 50 Hz, as in common autopilots."""

@@ -5,15 +5,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sitl.attitude import Vector
-from sitl.checks import Check, read_checks
 from sitl.errors import ScenarioError
-from sitl.events import Event, read_events
-from sitl.gusts import Gust, Wind
-from sitl.tables import AXES, Table, nearest
+from sitl.scenario.checks import Check, read_checks
+from sitl.scenario.events import Event, read_events
+from sitl.scenario.tables import AXES, Table, nearest
+from sitl.weather.gusts import Gust, Wind
 
 AIRFRAMES = ("linear", "tailsitter")
 
-_PACKAGED = Path(__file__).parent / "scenarios"
+_PACKAGED = Path(__file__).parents[1] / "scenarios"
 
 PaperRatio = tuple[float | None, float | None, float | None]
 

@@ -1,0 +1,1 @@
+"""What surrounds the vehicle: disturbance, wind and gusts. Pure."""
