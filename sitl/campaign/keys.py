@@ -31,7 +31,7 @@ def read(path: Path | None, options: Mapping[str, Any]) -> Campaign:
             content = tomllib.loads(path.read_text("utf-8"))
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{path}: cannot be read as UTF-8 text: {error}") from None
-        except tomllib.TOMLDecodeError as error:
+        except (ValueError, RecursionError) as error:  # also a number of 5000 digits, 3000 nested arrays
             raise InputError(f"{path}: not TOML: {error}") from None
     return checked(content, path, options)
 

@@ -110,7 +110,7 @@ def _read(path: Path) -> Scenario:
         raise ScenarioError(f"{path}: cannot be read as UTF-8 text: {error}") from None
     try:
         table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also a number of 5000 digits, 3000 nested arrays
         raise ScenarioError(f"{path}: not TOML: {error}") from None
     return _scenario(Table(str(path), "", table), path.stem)
 
