@@ -44,7 +44,7 @@ def test_a_scenario_is_found_by_path(tmp_path):
         ("[gyro]\n", "gyro = 3\n[other]\n", "gyro: expected a table"),
         ("[paper_ratio]", "[paper_ratios]", "paper_ratios: unknown key; did you mean 'paper_ratio'"),
         ("title", "title = = ", "not TOML"),
-        ("hover_altitude_m = ", f"hover_altitude_m = {5000 * '9'}", "not TOML"),
+        ("hover_altitude_m = ", f"hover_altitude_m = {5000 * '9'}\nother = ", "not TOML"),
         ("hover_altitude_m = ", f"deep = {3000 * '['}", "not TOML"),
     ],
 )
