@@ -51,7 +51,10 @@ def central_filter(problem: EstimationProblem, gamma: float) -> CentralFilter | 
     K_z = np.linalg.solve(now, N.T @ Ryz).T @ N.T if N.shape[1] else np.zeros((m, p))
     if not _is_positive(-(Rzz - K_z @ Ryz)) or np.sum(np.linalg.eigvalsh(Re) > 0) != p:
         return None
-    K = (A @ P @ H.T + B @ D.T) @ np.linalg.solve(Re, np.vstack([np.eye(p), K_z]))
+    try:
+        K = (A @ P @ H.T + B @ D.T) @ np.linalg.solve(Re, np.vstack([np.eye(p), K_z]))
+    except np.linalg.LinAlgError:  # the level lies on the edge, to the last bit
+        return None
     if np.max(np.abs(np.linalg.eigvals(A - K @ problem.C)), initial=0.0) >= 1.0:
         return None
     return CentralFilter(gamma, K, K_z)
