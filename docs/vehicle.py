@@ -4,6 +4,7 @@
 import numpy as np
 
 from sitl.autopilot.controller import ATTITUDE_GAIN
+from sitl.autopilot.position import SHAPING_S
 from sitl.autopilot.tuning import RATE_PIDS
 from sitl.dynamics import DT, PITCH
 from sitl.errors import FlightFailedError
@@ -53,7 +54,9 @@ rate error. Pitch has (12). Roll and yaw have what their authority allows; the p
 The mixer (`sitl/autopilot/mixer.py`) asks each rotor for {share:.3g} of its full thrust per unit of torque: full scale is far beyond the
 rotors, as the gain of (11) says. What gives way first is thrust, then yaw, then roll and pitch together: PX4's air mode
 on all axes. u_e is what is left. Around it a cascade holds position (lean up to 45°) and altitude, with integrals for
-wind, payload and battery.
+wind, payload and battery. In scenarios with the event `feed_forward` the lean that holds position turns smoothly (two lags
+of {shaping:g} s) and its rate is added to the rate asked for, as ArduPilot's ATC_RATE_FF_ENAB does; the pilot's attitude is
+followed by the error alone.
 
 ## Hover and the paper's pitch model
 
@@ -88,6 +91,7 @@ def vehicle_page() -> str:
         attitude_gain=ATTITUDE_GAIN,
         loops=_loops(p),
         share=p.mixer_share,
+        shaping=SHAPING_S,
         trims=_trims(p),
         pitch=_pitch(p),
         delay=1e3 * p.delay,

@@ -27,6 +27,7 @@ _COLUMNS = (
     ("age", 1, np.int16),
     ("disturbance", 3, np.float64),
     ("attitude_error", 3, np.float64),
+    ("rate_setpoint", 3, np.float64),
     ("quaternion", 4, np.float64),
     ("position", 3, np.float64),
     ("wind", 3, np.float64),
@@ -50,7 +51,8 @@ class FlightLog:
         s = sample
         age = min(s.age, 32767)
         self._rows.extend((s.stamp_us, window, *s.rate, *s.gyro, *s.u_e, *s.correction, age))
-        self._rows.extend((*s.disturbance, *s.attitude_error, *s.quaternion, *position, *around.wind, *around.moment))
+        self._rows.extend((*s.disturbance, *s.attitude_error, *s.rate_setpoint, *s.quaternion))
+        self._rows.extend((*position, *around.wind, *around.moment))
         self._answered.append(0)
         self._states.append(UNTOLD)
 

@@ -1,6 +1,6 @@
 """The baseline attitude controllers: PID (12) on each body rate and the quaternion attitude loop around it."""
 
-from sitl.attitude import Vector
+from sitl.attitude import ZERO, Vector
 from sitl.autopilot.tuning import RateGains
 
 ATTITUDE_GAIN = 6.5
@@ -37,6 +37,10 @@ class RateController:
         self._integral = self._last = 0.0
 
 
-def rate_setpoint(attitude_error: Vector, gain: float = ATTITUDE_GAIN) -> Vector:
-    """Body rate, rad/s, that turns the attitude error back: −gain · e (paper, Fig. 4, the *Quaternion Linear* law)."""
-    return (-gain * attitude_error[0], -gain * attitude_error[1], -gain * attitude_error[2])
+def rate_setpoint(attitude_error: Vector, gain: float = ATTITUDE_GAIN, ahead: Vector = ZERO) -> Vector:
+    """Body rate, rad/s, that turns the attitude error back: −gain · e (paper, Fig. 4, the *Quaternion Linear* law).
+
+    `ahead` is the rate at which the attitude commanded turns, rad/s: fed forward, no error must ask for it.
+    """
+    e = attitude_error
+    return (ahead[0] - gain * e[0], ahead[1] - gain * e[1], ahead[2] - gain * e[2])

@@ -1,8 +1,8 @@
 """Position hold: from where it is to how it should lean, and from how high it is to how much thrust."""
 
-from math import hypot, sqrt
+from math import exp, hypot, sqrt
 
-from sitl.attitude import LEVEL, Quaternion, Vector
+from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error
 from sitl.autopilot.tuning import Tuning
 from sitl.dynamics import DT, GRAVITY
 
@@ -19,6 +19,12 @@ MAX_SPEED = 3.0
 MAX_LEAN = 1.0
 """Tangent of the largest lean asked for: 45°, PX4's MPC_TILTMAX_AIR. With the wing broadside a lean is also an angle of
 attack; it holds the tail-sitter in 8 m/s."""
+
+SHAPING_S = 0.08
+"""Each of the two lags in series that shape the lean, s. Together they delay it by 0.16 s: what the attitude loop's own
+lag, 1 / ATTITUDE_GAIN, was before the lean's rate was fed forward, so that the position loop sees the same delay."""
+
+_SHARE = 1.0 - exp(-DT / SHAPING_S)
 
 ALTITUDE_GAIN = 1.0
 """Climb rate asked for per altitude error, 1/s. A guess: slower than the thrust lag by an order of magnitude."""
@@ -38,27 +44,47 @@ class PositionHold:
 
     Cascade: position error to velocity (limited), velocity error to acceleration with an integral (the steady wind),
     acceleration to the direction of thrust.
+
+    With `feed_forward` the acceleration passes two equal first-order lags at the full rate, so that the lean turns
+    smoothly, and `rate` is the rate, rad/s in leaning axes, at which it turns: what ArduPilot's input shaping does
+    with ATC_RATE_FF_ENAB. Without it the lean comes in steps and `rate` stays 0.
     """
 
     def __init__(self) -> None:
+        self.feed_forward = False
         self.reset(0.0, 0.0)
 
     def reset(self, north: float, east: float) -> None:
         """Hold this point from now on, m; forget the wind."""
         self.point = (north, east)
-        self._trim = (0.0, 0.0)
+        self._trim = self._asked = self._between = self._shaped = (0.0, 0.0)
         self._lean: Quaternion = LEVEL
+        self.rate: Vector = ZERO
         self._wait = 0
 
     def step(self, position: Vector, velocity: Vector) -> Quaternion:
         """Rotation that leans thrust the right way, for one sample; `position` and `velocity` north-east-down."""
         if self._wait == 0:
             self._wait = EVERY
-            self._lean = self._update(position, velocity)
+            self._asked = self._update(position, velocity)
+            if not self.feed_forward:
+                self._between = self._shaped = self._asked
+                self._lean, self.rate = lean(*self._asked), ZERO
         self._wait -= 1
+        if self.feed_forward:
+            self._shape()
         return self._lean
 
-    def _update(self, position: Vector, velocity: Vector) -> Quaternion:
+    def _shape(self) -> None:
+        """Turn the lean on by one sample."""
+        self._between = _nearer(self._between, self._asked)
+        self._shaped = _nearer(self._shaped, self._between)
+        before, self._lean = self._lean, lean(*self._shaped)
+        x, y, z = attitude_error(before, self._lean)
+        self.rate = (x / DT, y / DT, z / DT)
+
+    def _update(self, position: Vector, velocity: Vector) -> tuple[float, float]:
+        """Horizontal acceleration asked for, north and east, m/s²."""
         vn = POSITION_GAIN * (self.point[0] - position[0])
         ve = POSITION_GAIN * (self.point[1] - position[1])
         k = min(1.0, MAX_SPEED / max(hypot(vn, ve), 1e-9))
@@ -71,7 +97,7 @@ class PositionHold:
         else:  # the integral stands while the lean is at its limit
             h = INTEGRAL_GAIN * EVERY * DT
             self._trim = (_within(tn + h * en, MAX_TRIM), _within(te + h * ee, MAX_TRIM))
-        return lean(an, ae)
+        return an, ae
 
 
 def lean(north: float, east: float) -> Quaternion:
@@ -105,6 +131,11 @@ class AltitudeHold:
         if 0.0 < thrust < 1.0:
             self._trim = _within(self._trim + self._gain * error, MAX_TRIM)
         return max(0.0, min(1.0, thrust))
+
+
+def _nearer(value: tuple[float, float], target: tuple[float, float]) -> tuple[float, float]:
+    """One sample of a lag of `SHAPING_S`."""
+    return (value[0] + _SHARE * (target[0] - value[0]), value[1] + _SHARE * (target[1] - value[1]))
 
 
 def _within(value: float, most: float) -> float:

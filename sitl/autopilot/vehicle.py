@@ -3,7 +3,7 @@
 import struct
 from typing import NamedTuple
 
-from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error, down_component, multiply
+from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error, down_component, multiply, turned_back
 from sitl.autopilot.controller import ATTITUDE_GAIN, RateController, rate_setpoint
 from sitl.autopilot.correction import CorrectionInput
 from sitl.autopilot.imu import Gyro
@@ -27,7 +27,7 @@ class Sample(NamedTuple):
 
     `rate` and `gyro` (y and y_n) in rad/s; `u_e`, `correction`, `disturbance` in normalized torque, `u_e` including the
     correction and saturation; `age` in samples, −1 when there is no correction; `attitude_error` in rad; `quaternion`
-    scalar first; `thrust` 0…1; `specific_force` in m/s².
+    scalar first; `rate_setpoint` r in rad/s; `thrust` 0…1; `specific_force` in m/s².
     """
 
     stamp_us: int
@@ -38,6 +38,7 @@ class Sample(NamedTuple):
     age: int
     disturbance: Vector
     attitude_error: Vector
+    rate_setpoint: Vector
     quaternion: Quaternion
     thrust: float
     specific_force: Vector
@@ -47,7 +48,8 @@ class Vehicle:
     """Airframe, controllers and the pilot's few switches (arm, take off, land).
 
     `attitude_command` is the pilot's. With `position_hold` (on for airframes that the wind can carry away) the attitude
-    held is that command leaned over so that it stays where it left the ground, or where `hold.point` says.
+    held is that command leaned over so that it stays where it left the ground, or where `hold.point` says. The rate of
+    that lean may be fed forward to the rate controllers (`hold.feed_forward`), never that of the pilot's steps.
 
     The gyro reading and the applied torque are rounded to single precision where a real autopilot holds them as such,
     so what goes over the wire is exactly what the vehicle used.
@@ -96,13 +98,15 @@ class Vehicle:
         rate, attitude = frame.rate, frame.attitude
         gyro = _single(*self.gyro.read(rate, noise))
         correction, answers = corrections.at(now)  # after the gyro: without a link the answer to it may act at once
-        error = attitude_error(self._attitude_held(frame), attitude)
+        held, turning = self._attitude_held(frame)
+        error = attitude_error(held, attitude)
+        setpoint = rate_setpoint(error, self.attitude_gain, turning)
         thrust = self._thrust(frame)
         if frame.on_ground or not self.armed:
             self._reset_controllers()
-            u_e, correction = ZERO, ZERO
+            u_e, correction, setpoint = ZERO, ZERO, ZERO
         else:
-            asked = self._torque(error, gyro, correction)
+            asked = self._torque(setpoint, gyro, correction)
             u_e, thrust = frame.allocate(asked, thrust)
             u_e = _single(*u_e)
         frame.advance(u_e, thrust, around)
@@ -119,14 +123,14 @@ class Vehicle:
             -1 if answers is None else (now - answers + DT_US // 2) // DT_US,
             ZERO if frame.on_ground else around.torque,
             error,
+            setpoint,
             attitude,
             thrust,
             frame.specific_force,
         )
 
-    def _torque(self, error: Vector, gyro: Vector, correction: Vector) -> Vector:
+    def _torque(self, setpoint: Vector, gyro: Vector, correction: Vector) -> Vector:
         """C (r − y_n) + correction, per axis: what the mixer is asked for."""
-        setpoint = rate_setpoint(error, self.attitude_gain)
         roll, pitch, yaw = self._axes
         return (
             roll.step(setpoint[0] - gyro[0]) + correction[0],
@@ -134,14 +138,16 @@ class Vehicle:
             yaw.step(setpoint[2] - gyro[2]) + correction[2],
         )
 
-    def _attitude_held(self, frame: Airframe) -> Quaternion:
+    def _attitude_held(self, frame: Airframe) -> tuple[Quaternion, Vector]:
+        """The attitude commanded, and the body rate at which position hold turns it."""
         if not self.position_hold or frame.condition.held_axis is not None:
-            return self.attitude_command
+            return self.attitude_command, ZERO
         if frame.on_ground:
             north, east, _ = frame.position
             self.hold.reset(north, east)
-            return self.attitude_command
-        return multiply(self.hold.step(frame.position, frame.velocity), self.attitude_command)
+            return self.attitude_command, ZERO
+        leaning = self.hold.step(frame.position, frame.velocity)
+        return multiply(leaning, self.attitude_command), turned_back(self.attitude_command, self.hold.rate)
 
     def _thrust(self, frame: Airframe) -> float:
         if not self.armed or (self.target_altitude is None and not self.landing):

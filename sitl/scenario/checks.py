@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitl.autopilot.controller import ATTITUDE_GAIN
 from sitl.autopilot.vehicle import DT_US
 from sitl.errors import ScenarioError
 from sitl.log import OFF_WINDOW, ON_WINDOW, STATES, Arrays
@@ -105,8 +104,8 @@ _ERROR = "attitude_error"
 
 
 def _rate_error(part: dict[str, Numbers], axis: int) -> Numbers:
-    """r − y: the rate that the attitude loop asks for less the true one, rad/s (the paper's Fig. 16b)."""
-    return -ATTITUDE_GAIN * part[_ERROR][:, axis] - part["rate"][:, axis]
+    """r − y: the rate that the rate loop is asked for less the true one, rad/s (the paper's Fig. 16b)."""
+    return part["rate_setpoint"][:, axis] - part["rate"][:, axis]
 
 
 PER_AXIS: dict[str, Callable[[Cut, int], float | None]] = {
@@ -120,8 +119,8 @@ PER_AXIS: dict[str, Callable[[Cut, int], float | None]] = {
     "correction": lambda cut, i: float(np.abs(cut.on["correction"][:, i]).max()),
     "command_leak": _command_leak,
 }
-"""Measures with axes: attitude errors in rad, mean removed; `rate_ratio` is that of the rate's tracking error, which a
-position loop's commands hardly enter; `correction` is the largest in the window on, normalized torque."""
+"""Measures with axes: attitude errors in rad, mean removed; `rate_ratio` is that of the rate's tracking error;
+`correction` is the largest in the window on, normalized torque."""
 
 OVERALL: dict[str, Callable[[Cut], float | None]] = {
     "largest_error": lambda cut: float(max(np.abs(part[_ERROR]).max() for part in (cut.off, cut.on))),

@@ -23,9 +23,11 @@ class Stage:
     wall_m: float = inf
     _before: Condition = field(init=False)
     _position_hold: bool = field(init=False)
+    _feed_forward: bool = field(init=False)
 
     def __post_init__(self) -> None:
         self._before, self._position_hold = copy(self.condition), self.vehicle.position_hold
+        self._feed_forward = self.vehicle.hold.feed_forward
 
     @property
     def condition(self) -> Condition:
@@ -38,7 +40,7 @@ class Stage:
             setattr(self.condition, name, getattr(self._before, name))
         self.wall_m = inf
         self.vehicle.gyro.bias, self.vehicle.attitude_command = ZERO, LEVEL
-        self.vehicle.position_hold = self._position_hold
+        self.vehicle.position_hold, self.vehicle.hold.feed_forward = self._position_hold, self._feed_forward
         if self.vehicle.target_altitude is not None:
             self.vehicle.target_altitude = self.hover_altitude
 
@@ -137,6 +139,15 @@ class AttitudeOnly:
     def apply(self, stage: Stage) -> None:
         """Let go."""
         stage.vehicle.position_hold = False
+
+
+@dataclass(frozen=True, slots=True)
+class FeedForward:
+    """Position hold leans smoothly and feeds the rate of its lean forward."""
+
+    def apply(self, stage: Stage) -> None:
+        """Switch it on."""
+        stage.vehicle.hold.feed_forward = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,6 +260,10 @@ def _attitude_only(_: Table, at_s: float) -> list[Event]:
     return [Event(at_s, "attitude only", AttitudeOnly())]
 
 
+def _feed_forward(_: Table, at_s: float) -> list[Event]:
+    return [Event(at_s, "feed-forward", FeedForward())]
+
+
 def _link(table: Table, at_s: float) -> list[Event]:
     quality = Quality(
         pairs_lost=table.number("pairs_lost", 0.0, 1.0, 0.0),
@@ -271,6 +286,7 @@ KINDS: dict[str, Callable[[Table, float], list[Event]]] = {
     "hold": _hold,
     "doublet": _doublet,
     "attitude_only": _attitude_only,
+    "feed_forward": _feed_forward,
     "link": _link,
 }
 """Readers of the kinds of event, by name."""

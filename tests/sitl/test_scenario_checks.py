@@ -24,6 +24,7 @@ def flight(**columns: np.ndarray) -> dict[str, np.ndarray]:
     arrays = {
         "window": np.repeat([1, 2], N),
         "attitude_error": np.concatenate([0.5 + 0.1 * sine, 0.02 * sine]),
+        "rate_setpoint": np.concatenate([0.1 * sine, 0.02 * sine]),
         "rate": np.zeros((2 * N, 3)),
         "u_e": np.concatenate([sine, 1.1 * sine]),
         "correction": np.concatenate([0.0 * sine, 0.1 * sine]),

@@ -126,8 +126,11 @@ def test_it_takes_off_hovers_and_lands():
     assert (rest.rate, rest.u_e) == (ZERO, ZERO)
 
 
-def test_it_holds_its_place_in_a_steady_wind_and_leans_as_the_trim_says():
-    vehicle, wind = hovering(), (6.0, 2.0, 0.0)
+@pytest.mark.parametrize("feed_forward", [False, True])
+@pytest.mark.parametrize("wind", [(6.0, 2.0, 0.0), (-8.0, 0.0, 0.0)])
+def test_it_holds_its_place_in_a_steady_wind_and_leans_as_the_trim_says(wind, feed_forward):
+    vehicle = hovering()
+    vehicle.hold.feed_forward = feed_forward
     fly(vehicle, 40.0, Surroundings(wind=wind))
     assert vehicle.airframe.position == pytest.approx((0.0, 0.0, -5.0), abs=0.05)
     assert vehicle.airframe.attitude == pytest.approx(trim(P, wind).attitude, abs=0.02)
@@ -138,6 +141,28 @@ def test_without_position_hold_the_wind_carries_it_away():
     vehicle.position_hold = False
     fly(vehicle, 10.0, Surroundings(wind=(0.0, 5.0, 0.0)))
     assert vehicle.airframe.position[1] > 2.0
+
+
+def test_a_lean_fed_forward_is_followed_with_a_fraction_of_the_error():
+    plain, ahead = hovering(), hovering()
+    ahead.hold.feed_forward = True
+    largest = []
+    for vehicle in (plain, ahead):
+        vehicle.hold.point = (1.5, 1.0)
+        errors = np.abs([s.attitude_error for s in fly(vehicle, 12.0)])
+        largest.append(errors.max(axis=0))
+        assert vehicle.airframe.position[:2] == pytest.approx((1.5, 1.0), abs=0.1)
+    assert (largest[1][:2] < 0.25 * largest[0][:2]).all()
+
+
+def test_the_pilots_step_is_not_fed_forward():
+    vehicle = hovering()
+    vehicle.hold.feed_forward = True
+    vehicle.attitude_command = (np.cos(0.15), 0.0, 0.0, np.sin(0.15))
+    step = fly(vehicle, 0.1)
+    assert abs(step[0].attitude_error[2]) > 0.29
+    for s in step:
+        assert s.rate_setpoint == pytest.approx([-6.5 * e for e in s.attitude_error], abs=1e-3)
 
 
 def test_the_pilots_heading_survives_position_hold():
