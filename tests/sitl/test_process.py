@@ -65,6 +65,7 @@ def test_what_a_flight_leaves_behind(tmp_path):
         "correction": (n, 3),
         "disturbance": (n, 3),
         "attitude_error": (n, 3),
+        "rate_setpoint": (n, 3),
         "quaternion": (n, 4),
         "position": (n, 3),
         "wind": (n, 3),
