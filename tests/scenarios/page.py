@@ -16,7 +16,8 @@ HEAD = """# Scenario results
 Printed by `python -m tests.scenarios --write`: every packaged scenario at one, two and three samples of link delay,
 each flown by the real daemon and the simulated vehicle as two processes over UDP, in lockstep, with the observer tuned
 for that delay (`examples/tailsitter_tuned.toml`, `_2`, `_3`). What a scenario does and expects stands in
-`sitl/scenarios/NAME.toml`, what the measures mean in [scenarios](scenarios.md). Seed {seed}.
+`sitl/scenarios/NAME.toml`, what the measures mean in [scenarios](scenarios.md). [Optimum](optimum.md) sets `paper`
+and `paper_nonlinear` beside flights without delay and what is LQG-optimal. Seed {seed}.
 {passed} of {all} checks hold.
 
 ## Attitude error, observer off over on
