@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common as mav
@@ -94,10 +95,15 @@ def test_bytes_from_anywhere_never_raise(data):
     plane.listen()
 
 
+@pytest.fixture(scope="module")
+def plane_in_flight():
+    return aircraft().active()
+
+
 @settings(max_examples=100, deadline=None)
 @given(st.integers(0, 400), st.integers(0, 255), st.floats(-1, 1, width=32))
-def test_a_corrupted_message_is_dropped_whole(position, value, rate):
-    plane = aircraft().active()
+def test_a_corrupted_message_is_dropped_whole(plane_in_flight, position, value, rate):
+    plane = plane_in_flight
     good = bytes(plane.imu(rates=(rate, 0.0, 0.0)).pack(plane.out))
     bad = bytearray(good)
     bad[position % len(bad)] ^= value or 1

@@ -129,6 +129,7 @@ def test_a_delay_margin_that_is_asked_for_is_kept_and_costs_attenuation(pitch):
     assert tuning.limited_by == ("the delay margin",)
 
 
+@pytest.mark.proof
 def test_coupled_axes_are_tuned_together():
     text = PITCH[: PITCH.index("[[block]]")] + (
         '[[block]]\nname = "lateral"\naxes = ["roll", "yaw"]\n'
