@@ -38,11 +38,11 @@ Back-off: γ as near to γ* as can be proved. Form: from there to the optimum at
 of first order, and where the optimum has less of it, delay margin. Noise, disk margin: from the optimum at the price to
 that with any noise, or with any disk margin. Link: the same weights solved without its delay.
 
-By expectation and on the linear axes pitch is within 15 % of the optimum at its price at every delay, on the tail-sitter
-within 18 %. Roll and yaw are not: the back-off is 1 % of it, delay margin nothing where the optimum has as much, so the
-rest is the form of the weights ([what was tried](tuning.md)). Beyond that price noise costs pitch most and the disk
-margin least, roll both alike, yaw the disk margin once there is a link. The link costs a fifth at one sample and half at
-three.
+By expectation and on the linear axes pitch is within 15 % of the optimum at its price at every delay, on the
+tail-sitter within 18 %. Roll and yaw are not: the back-off is 1 % of it, delay margin nothing where the optimum has
+as much, so the rest is the form of the weights ([what was tried](tuning.md)). Beyond that price noise costs pitch
+most and the disk margin least, roll both alike, yaw the disk margin once there is a link. The link costs a fifth at
+one sample and half at three.
 
 | axis | delay | disk margin, noise | above the optimum | back-off | form | delay margin: tuned, optimum | noise | \
 disk margin | link |
@@ -63,11 +63,11 @@ STRENGTH = """
 The tuned designs at the scenario's disturbance and at half of it, where torque saturates less and angles are half as
 large: off/on, median of the seeds. What gyro noise alone makes of half a disturbance shows on the linear axes: nothing.
 
-At half strength roll and pitch give the linear ratios in every seed. At full strength saturation and large angles cost
-them up to 6 % in the median; in the worst seed up to 16 % with a link and 22 % without. Yaw does better on the
-tail-sitter than on the axis identified from it, in every seed at half strength, so its model is what differs there. That
-linear yaw falls short of what is expected is the five seeds' weather: the linear loop fed with a flight's own disturbance
-and noise gives that flight's RMS.
+At half strength roll and pitch give the linear ratios within 4 % in every seed. At full strength saturation and large
+angles cost them up to 6 % in the median; in the worst seed up to 16 % with a link and 22 % without. Yaw does better
+on the tail-sitter than on the axis identified from it, in every seed at half strength, so its model is what differs
+there. That linear yaw falls short of what is expected is the five seeds' weather: the linear loop fed with the
+disturbance and noise of seed 1's flight gives its RMS within 0.5 %.
 
 | axis | delay | linear, half | linear | tail-sitter, half | tail-sitter | tail-sitter over linear: half, full |
 | --- | --- | --- | --- | --- | --- | --- |"""
