@@ -40,9 +40,9 @@ that with any noise, or with any disk margin. Link: the same weights solved with
 
 By expectation and on the linear axes pitch is within 15 % of the optimum at its price at every delay, on the
 tail-sitter within 18 %. Roll and yaw are not: the back-off is 1 % of it, delay margin nothing where the optimum has
-as much, so the rest is the form of the weights ([what was tried](tuning.md)). Beyond that price noise costs pitch
-most and the disk margin least, roll both alike, yaw the disk margin once there is a link. The link costs a fifth at
-one sample and half at three.
+as much, so the rest is the form of the weights ([what was tried](tuning.md)). Beyond that price noise costs pitch far
+more than the disk margin does; roll pays about alike for both, yaw more for the margin once there is a link. The link
+costs a fifth at one sample and half at three.
 
 | axis | delay | disk margin, noise | above the optimum | back-off | form | delay margin: tuned, optimum | noise | \
 disk margin | link |
