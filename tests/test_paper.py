@@ -24,7 +24,7 @@ def test_an_estimate_that_lags_is_seen_to_lag():
     assert lag_ms(true, np.roll(true, 6)) == pytest.approx(24.0)
     assert fit(true, true) == 100.0
     assert fit(true, np.full_like(true, true.mean())) == pytest.approx(0.0, abs=1e-9)
-    assert np.abs(lowpassed(np.sin(2.0 * np.pi * 20.0 * time), 1.0)).max() < 0.01
+    assert np.abs(lowpassed(np.sin(2.0 * np.pi * 20.0 * time), 1.0)[500:-500]).max() < 0.01  # apart from its ends
 
 
 def test_the_design_agrees_with_every_sentence_of_the_paper_on_it():
