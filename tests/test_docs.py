@@ -32,6 +32,6 @@ def test_every_measurement_that_a_page_quotes_is_what_its_command_prints_in_form
         "".join(page.read_text(encoding="utf-8") for page in sorted(HERE.glob("*.md"))),
         flags=re.MULTILINE,
     )
-    assert {name for name, _, _ in quoted} == {"saturation", "view"}
+    assert {name for name, _, _ in quoted} == {"lockstep", "saturation", "view"}
     for name, title, line in quoted:
         assert (title, line) == (name, import_module(f"bench.{name}").__doc__.partition("\n")[0])
