@@ -7,13 +7,13 @@ import sys
 from pathlib import Path
 
 from sitl.attitude import Vector
+from sitl.calibration import disturbance_scale
 from sitl.errors import FlightFailedError, InputError, SitlError
 from sitl.flight import Flight
 from sitl.links import Link, open_link
 from sitl.result import verdicts, write
 from sitl.run import Limits, Loop, fly_lockstep, fly_real_time, say
 from sitl.scenario import checks
-from sitl.scenario.calibration import disturbance_scale
 from sitl.scenario.spec import Scenario, load, packaged_names
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 

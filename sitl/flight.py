@@ -5,6 +5,7 @@ from math import pi, sin
 from sitl.attitude import ZERO, Quaternion, Vector, turned_back
 from sitl.autopilot.correction import CorrectionInput, Verdict
 from sitl.autopilot.vehicle import Sample, Vehicle
+from sitl.channel import Channel
 from sitl.dynamics import DT, Airframe, LinearAirframe
 from sitl.log import FlightLog
 from sitl.scenario.events import Stage, Timeline
@@ -13,7 +14,6 @@ from sitl.scenario.spec import Disturbance, Pull, Scenario
 from sitl.weather.disturbance import CALM, Weather, noise_sigma
 from sitl.weather.gusts import Air
 from sitl.weather.surroundings import Surroundings
-from sitl.wire.channel import Channel
 
 
 class Flight:

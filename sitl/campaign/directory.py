@@ -13,12 +13,12 @@ from typing import Any
 
 from dob_companion import __version__
 from sitl.attitude import Vector
+from sitl.calibration import disturbance_scale
 from sitl.campaign.keys import checked
 from sitl.campaign.pilot import Job
 from sitl.campaign.plan import Between, Campaign, Inputs, Values
 from sitl.campaign.store import Store, replace
 from sitl.errors import InputError, ScenarioError
-from sitl.scenario.calibration import disturbance_scale
 from sitl.scenario.spec import Scenario, load
 
 SCHEMA = "dob-companion/campaign/1"

@@ -8,9 +8,9 @@ from typing import Protocol
 
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, rotated_by_rate
 from sitl.autopilot.vehicle import Vehicle
+from sitl.channel import Channel, Quality
 from sitl.condition import Condition
 from sitl.scenario.tables import AXES, Table
-from sitl.wire.channel import Channel, Quality
 
 
 @dataclass(slots=True)

@@ -6,8 +6,8 @@ from dob_companion.artifact import DobDesign
 from dob_companion.companion import Companion
 from sitl.attitude import Vector
 from sitl.autopilot.vehicle import START_US
+from sitl.calibration import disturbance_scale
 from sitl.flight import Flight
-from sitl.scenario.calibration import disturbance_scale
 from sitl.scenario.spec import Scenario
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 

@@ -21,10 +21,10 @@ from dob_companion.artifact import DobDesign, dumps
 from dob_companion.comparison.shortfall import Shortfall, shortfall
 from dob_companion.synthesis import design, parse_spec
 from dob_companion.synthesis.spec import BlockSpec, Model, Weight, Zpk
+from sitl.calibration import disturbance_scale
 from sitl.campaign.fleet import local
 from sitl.campaign.pilot import Job
 from sitl.campaign.plan import Inputs
-from sitl.scenario.calibration import disturbance_scale
 from sitl.scenario.spec import load
 from sitl.scenario.tables import AXES
 from tests.scenarios.designs import EXAMPLES, SPECS

@@ -2,8 +2,8 @@
 
 import pytest
 
+from sitl.calibration import disturbance_scale, peaks_off
 from sitl.errors import FlightFailedError, ScenarioError
-from sitl.scenario.calibration import disturbance_scale, peaks_off
 from sitl.scenario.spec import load, packaged_names
 from tests.sitl.bench import SHORT, short_scenario
 

@@ -1,7 +1,7 @@
 """The link's weather: what is lost, what is late, and that the same seed gives the same."""
 
 from sitl.autopilot.vehicle import DT_US, START_US
-from sitl.wire.channel import Channel, Quality
+from sitl.channel import Channel, Quality
 
 VALUE = (0.1, 0.2, 0.3)
 

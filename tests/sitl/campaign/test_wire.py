@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
+from sitl.calibration import disturbance_scale
 from sitl.campaign.pilot import Job, fly
 from sitl.campaign.plan import Inputs
 from sitl.result import summarize
-from sitl.scenario.calibration import disturbance_scale
 from sitl.scenario.spec import load
 from tests.cli.processes import daemon, free_port
 from tests.sitl.bench import Peer
