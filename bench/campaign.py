@@ -13,9 +13,9 @@ import numpy as np
 from bench._peers import paper_design
 from dob_companion.artifact import dumps
 from sitl.campaign import fleet
-from sitl.campaign.pilot import Craft, Job, airframe_of, fly_row
+from sitl.campaign.pilot import Craft, Job, aircraft_of, fly_row
 from sitl.campaign.plan import Inputs
-from sitl.dynamics import DT
+from sitl.constants import DT
 from sitl.flight import Flight
 from sitl.scenario.spec import load
 
@@ -67,7 +67,7 @@ def _speed(job: Job) -> str:
 
 def _bare(job: Job, samples: int) -> float:
     """Processor time of as many samples of the vehicle alone."""
-    flight = Flight(job.scenario, 1, job.scale, airframe=airframe_of(job.inputs), record=False)
+    flight = Flight(job.scenario, 1, job.scale, aircraft=aircraft_of(job.inputs), record=False)
     begin = time.process_time()
     for _ in range(samples):
         flight.step()

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from sitl.airframe.surroundings import Surroundings
 from sitl.attitude import ZERO
+from sitl.autopilot.aircraft import Aircraft, linear, tailsitter
 from sitl.autopilot.correction import CorrectionInput
 from sitl.autopilot.vehicle import Vehicle
-from sitl.dynamics import DT, Airframe, LinearAirframe
-from sitl.tailsitter.airframe import Tailsitter
-from sitl.weather.surroundings import Surroundings
+from sitl.constants import DT
 
 BLOCK = 250
 BLOCKS = 60
@@ -22,10 +22,10 @@ AROUND = Surroundings(torque=(0.01, 0.02, -0.01), wind=(3.0, 1.0, 0.0), wind_rat
 
 def measure() -> Iterator[str]:
     """Time of a sample in blocks of a second, the airframes in turn; speed over real time from the median."""
-    bare, loaded = Tailsitter(), Tailsitter()
-    loaded.condition.flexible = loaded.condition.battery_sag = True
+    bare, loaded = tailsitter(), tailsitter()
+    loaded.airframe.condition.flexible = loaded.airframe.condition.battery_sag = True
     vehicles = {
-        "linear axes": _hovering(LinearAirframe()),
+        "linear axes": _hovering(linear()),
         "tail-sitter": _hovering(bare),
         "with modes and battery": _hovering(loaded),
     }
@@ -41,8 +41,8 @@ def measure() -> Iterator[str]:
     yield f"{'tail-sitter over linear':26}{'':>8}{ratio:>8.2f}"
 
 
-def _hovering(airframe: Airframe) -> Vehicle:
-    vehicle = Vehicle(airframe)
+def _hovering(aircraft: Aircraft) -> Vehicle:
+    vehicle = Vehicle(aircraft)
     vehicle.arm()
     vehicle.take_off(5.0)
     for _ in range(8):

@@ -3,10 +3,11 @@
 
 import numpy as np
 
+from sitl.airframe.linear import PITCH
 from sitl.autopilot.controller import ATTITUDE_GAIN
 from sitl.autopilot.position import SHAPING_S
 from sitl.autopilot.tuning import RATE_PIDS
-from sitl.dynamics import DT, PITCH
+from sitl.constants import DT
 from sitl.errors import FlightFailedError
 from sitl.tailsitter.parameters import Parameters, table
 from sitl.tailsitter.trim import linearize, trim

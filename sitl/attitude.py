@@ -6,6 +6,8 @@ so the identity is a tail-sitter standing on its tail, belly to the north.
 
 from math import cos, sin, sqrt
 
+from sitl.constants import GRAVITY
+
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
@@ -62,3 +64,11 @@ def down_component(q: Quaternion) -> float:
     """Cosine of the tilt: how much of the body's z axis points down."""
     _, x, y, _ = q
     return 1.0 - 2.0 * (x * x + y * y)
+
+
+def lean(north: float, east: float) -> Quaternion:
+    """Shortest rotation that turns thrust from straight up to one with this horizontal acceleration, m/s²."""
+    size = sqrt(north * north + east * east + GRAVITY * GRAVITY)
+    x, y, z = -north / size, -east / size, GRAVITY / size  # where body down points
+    w = sqrt(0.5 * (1.0 + z))
+    return (w, -0.5 * y / w, 0.5 * x / w, 0.0)

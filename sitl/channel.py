@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sitl.attitude import Vector
-from sitl.autopilot.vehicle import DT_US
+from sitl.constants import DT_US
 
 STREAM = 2
 """Distinguishes this generator from the others of the same seed and segment."""

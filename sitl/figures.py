@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from sitl.autopilot.vehicle import DT_US
+from sitl.constants import DT_US
 from sitl.log import OFF_WINDOW, ON_WINDOW, Arrays
 from sitl.scenario.spec import Scenario
 from sitl.scenario.tables import AXES

@@ -2,18 +2,19 @@
 
 from math import pi, sin
 
+from sitl.airframe.surroundings import Surroundings
 from sitl.attitude import ZERO, Quaternion, Vector, turned_back
+from sitl.autopilot.aircraft import Aircraft, aircraft_named
 from sitl.autopilot.correction import CorrectionInput, Verdict
 from sitl.autopilot.vehicle import Sample, Vehicle
 from sitl.channel import Channel
-from sitl.dynamics import DT, Airframe, LinearAirframe
+from sitl.constants import DT
 from sitl.log import FlightLog
 from sitl.scenario.events import Stage, Timeline
 from sitl.scenario.script import Phase, Script
 from sitl.scenario.spec import Disturbance, Pull, Scenario
 from sitl.weather.disturbance import CALM, Weather, noise_sigma
 from sitl.weather.gusts import Air
-from sitl.weather.surroundings import Surroundings
 
 
 class Flight:
@@ -32,13 +33,13 @@ class Flight:
         scale: Vector = ZERO,
         *,
         await_arming: bool = False,
-        airframe: Airframe | None = None,
+        aircraft: Aircraft | None = None,
         record: bool = True,
         delay_samples: int = 1,
     ) -> None:
         disturbance = scenario.disturbance or Disturbance(1.0, ZERO)
         self.scenario, self.seed, self.delay_samples = scenario, seed, delay_samples
-        self.vehicle = Vehicle(airframe or airframe_named(scenario.airframe))
+        self.vehicle = Vehicle(aircraft or aircraft_named(scenario.airframe))
         self.script = Script(scenario, self.vehicle, await_arming)
         self.channel = Channel(seed, delay_samples)
         self.log = FlightLog()
@@ -119,12 +120,3 @@ def _pulled(pull: Pull, scale: Vector, t: float) -> Vector:
     grown = min(1.0, t / pull.growth_s) if pull.growth_s else 1.0
     now = grown * sin(2.0 * pi * pull.frequency_hz * t)
     return (now * scale[0], now * scale[1], now * scale[2])
-
-
-def airframe_named(name: str) -> Airframe:
-    """A new airframe of this kind, on the ground."""
-    if name == "tailsitter":
-        from sitl.tailsitter.airframe import Tailsitter  # compiled when it is first wanted
-
-        return Tailsitter()
-    return LinearAirframe()

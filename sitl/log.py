@@ -5,9 +5,10 @@ from array import array
 import numpy as np
 from numpy.typing import NDArray
 
+from sitl.airframe.surroundings import Surroundings
 from sitl.attitude import Vector
-from sitl.autopilot.vehicle import DT_US, START_US, Sample
-from sitl.weather.surroundings import Surroundings
+from sitl.autopilot.vehicle import START_US, Sample
+from sitl.constants import DT_US
 
 NO_WINDOW, OFF_WINDOW, ON_WINDOW = 0, 1, 2
 """Which window a sample lies in: none, observer off, observer on."""

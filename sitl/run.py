@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from time import monotonic
 
-from sitl.autopilot.vehicle import DT_US, START_US
+from sitl.autopilot.vehicle import START_US
+from sitl.constants import DT_US
 from sitl.errors import FlightFailedError
 from sitl.links import Link, wait
 from sitl.pace import Pace

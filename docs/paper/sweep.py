@@ -7,7 +7,7 @@ import numpy as np
 
 from dob_companion.report.chart import Array, Chart, Curve, Mark, Panel, Scale
 from docs.paper.section import Number, Section
-from sitl.dynamics import PITCH
+from sitl.airframe.linear import PITCH
 from sitl.sweep import cli
 from sitl.sweep.estimate import Response
 from sitl.sweep.fit import BAND, fit_rate_axis, response_of

@@ -1,10 +1,10 @@
 """Position hold: from where it is to how it should lean, and from how high it is to how much thrust."""
 
-from math import exp, hypot, sqrt
+from math import exp, hypot
 
-from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error
+from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error, lean
 from sitl.autopilot.tuning import Tuning
-from sitl.dynamics import DT, GRAVITY
+from sitl.constants import DT, GRAVITY
 
 EVERY = 5
 """Samples per step of the position loop: 50 Hz, as in common autopilots."""
@@ -98,14 +98,6 @@ class PositionHold:
             h = INTEGRAL_GAIN * EVERY * DT
             self._trim = (_within(tn + h * en, MAX_TRIM), _within(te + h * ee, MAX_TRIM))
         return an, ae
-
-
-def lean(north: float, east: float) -> Quaternion:
-    """Shortest rotation that turns thrust from straight up to one with this horizontal acceleration, m/s²."""
-    size = sqrt(north * north + east * east + GRAVITY * GRAVITY)
-    x, y, z = -north / size, -east / size, GRAVITY / size  # where body down points
-    w = sqrt(0.5 * (1.0 + z))
-    return (w, -0.5 * y / w, 0.5 * x / w, 0.0)
 
 
 class AltitudeHold:

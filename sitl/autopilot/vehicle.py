@@ -3,15 +3,15 @@
 import struct
 from typing import NamedTuple
 
+from sitl.airframe.protocol import Airframe
+from sitl.airframe.surroundings import Surroundings
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error, down_component, multiply, turned_back
+from sitl.autopilot.aircraft import Aircraft
 from sitl.autopilot.controller import ATTITUDE_GAIN, RateController, rate_setpoint
 from sitl.autopilot.correction import CorrectionInput
 from sitl.autopilot.imu import Gyro
 from sitl.autopilot.position import AltitudeHold, PositionHold
-from sitl.dynamics import DT, Airframe
-from sitl.weather.surroundings import Surroundings
-
-DT_US = round(DT * 1e6)
+from sitl.constants import DT_US
 
 START_US = 10_000_000
 """Stamp of sample 0, µs: not zero, so that an empty field is never mistaken for a time."""
@@ -55,8 +55,8 @@ class Vehicle:
     so what goes over the wire is exactly what the vehicle used.
     """
 
-    def __init__(self, airframe: Airframe, attitude_gain: float = ATTITUDE_GAIN) -> None:
-        self.airframe = airframe
+    def __init__(self, aircraft: Aircraft, attitude_gain: float = ATTITUDE_GAIN) -> None:
+        self.airframe, self.mixer, tuning = aircraft.airframe, aircraft.mixer, aircraft.tuning
         self.attitude_gain = attitude_gain
         self.attitude_command: Quaternion = LEVEL
         self.armed = False
@@ -64,11 +64,12 @@ class Vehicle:
         self.taking_off = False
         self.target_altitude: float | None = None
         self.gyro = Gyro()
-        self.position_hold = airframe.tuning.position_hold
+        self.position_hold = tuning.position_hold
         self.hold = PositionHold()
         self.now_us = START_US - DT_US
-        self._altitude = AltitudeHold(airframe.tuning)
-        self._axes = tuple(RateController(gains) for gains in airframe.tuning.rate)
+        self._hover_thrust = tuning.hover_thrust
+        self._altitude = AltitudeHold(tuning)
+        self._axes = tuple(RateController(gains) for gains in tuning.rate)
 
     @property
     def flying(self) -> bool:
@@ -107,7 +108,7 @@ class Vehicle:
             u_e, correction, setpoint = ZERO, ZERO, ZERO
         else:
             asked = self._torque(setpoint, gyro, correction)
-            u_e, thrust = frame.allocate(asked, thrust)
+            u_e, thrust = self.mixer.allocate(asked, thrust)
             u_e = _single(*u_e)
         frame.advance(u_e, thrust, around)
         if self.taking_off and self.target_altitude is not None:
@@ -154,7 +155,7 @@ class Vehicle:
             self._altitude.reset()
             return 0.0
         if frame.condition.held_axis is not None:  # the rod carries it; the rotors turn as in hover
-            return frame.tuning.hover_thrust
+            return self._hover_thrust
         target = None if self.landing else self.target_altitude
         return self._altitude.step(target, frame.altitude, frame.climb, down_component(frame.attitude))
 

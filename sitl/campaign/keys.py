@@ -12,7 +12,7 @@ from dob_companion.artifact import check_flyable, loads
 from dob_companion.companion.parameters import PARAMETERS, fits
 from dob_companion.errors import InputError as CompanionInputError
 from sitl.campaign.plan import Between, Campaign, Values
-from sitl.dynamics import DT
+from sitl.constants import DT
 from sitl.errors import InputError
 from sitl.scenario.spec import AIRFRAMES, load
 

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from dob_companion.artifact import DobDesign, loads
+from sitl.airframe.linear import PITCH, ROLL, YAW, LinearAirframe, RateAxis
 from sitl.attitude import Vector
+from sitl.autopilot.aircraft import Aircraft, linear, tailsitter
 from sitl.autopilot.vehicle import START_US
 from sitl.campaign.onboard import Onboard
 from sitl.campaign.plan import Inputs
-from sitl.dynamics import DT, PITCH, ROLL, YAW, Airframe, LinearAirframe, RateAxis
+from sitl.constants import DT
 from sitl.errors import FlightFailedError, SitlError
 from sitl.flight import Flight
 from sitl.log import ON_WINDOW
@@ -21,6 +23,7 @@ from sitl.scenario.checks import judge
 from sitl.scenario.script import Phase
 from sitl.scenario.spec import Scenario
 from sitl.scenario.tables import AXES
+from sitl.tailsitter.parameters import Parameters
 from sitl.weather.gusts import Wind
 
 PATIENCE_S = 60.0
@@ -63,7 +66,7 @@ class Craft:
             scenario_of(job.scenario, inputs),
             inputs.seed,
             job.scale,
-            airframe=airframe_of(inputs),
+            aircraft=aircraft_of(inputs),
             delay_samples=max(inputs.delay, 1),
         )
         self.onboard = Onboard(_design(job.design), job.parameters, self.flight, prompt=inputs.delay == 0)
@@ -102,24 +105,21 @@ def scenario_of(scenario: Scenario, inputs: Inputs) -> Scenario:
     return replace(scenario, airframe=inputs.airframe, wind=wind)
 
 
-def airframe_of(inputs: Inputs) -> Airframe:
-    """The airframe with this flight's plant errors."""
-    airframe = _tailsitter(inputs.pole) if inputs.airframe == "tailsitter" else _linear(inputs.pole)
-    airframe.condition.gain = (inputs.gain, inputs.gain, inputs.gain)
-    return airframe
+def aircraft_of(inputs: Inputs) -> Aircraft:
+    """The aircraft with this flight's plant errors."""
+    aircraft = _tailsitter(inputs.pole) if inputs.airframe == "tailsitter" else _linear(inputs.pole)
+    aircraft.airframe.condition.gain = (inputs.gain, inputs.gain, inputs.gain)
+    return aircraft
 
 
-def _tailsitter(pole: float) -> Airframe:
-    from sitl.tailsitter.airframe import Tailsitter  # compiled when it is first wanted
-    from sitl.tailsitter.parameters import Parameters
-
+def _tailsitter(pole: float) -> Aircraft:
     nominal = Parameters()
-    return Tailsitter(replace(nominal, rotor_lag=nominal.rotor_lag / pole))
+    return tailsitter(replace(nominal, rotor_lag=nominal.rotor_lag / pole))
 
 
-def _linear(pole: float) -> Airframe:
+def _linear(pole: float) -> Aircraft:
     roll, pitch, yaw = (_with_lag(axis, pole) for axis in (ROLL, PITCH, YAW))
-    return LinearAirframe((roll, pitch, yaw))
+    return linear(LinearAirframe((roll, pitch, yaw)))
 
 
 def _with_lag(axis: RateAxis, factor: float) -> RateAxis:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitl.autopilot.vehicle import DT_US
+from sitl.constants import DT_US
 from sitl.errors import ScenarioError
 from sitl.log import OFF_WINDOW, ON_WINDOW, STATES, Arrays
 from sitl.scenario.tables import AXES, Table

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Protocol
 
+from sitl.airframe.condition import Condition
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, rotated_by_rate
 from sitl.autopilot.vehicle import Vehicle
 from sitl.channel import Channel, Quality
-from sitl.condition import Condition
 from sitl.scenario.tables import AXES, Table
 
 

@@ -15,7 +15,8 @@ the flight goes on through it.
 
 from enum import Enum
 
-from sitl.autopilot.vehicle import DT_US, Sample, Vehicle
+from sitl.autopilot.vehicle import Sample, Vehicle
+from sitl.constants import DT_US
 from sitl.errors import FlightFailedError
 from sitl.log import NO_WINDOW, OFF_WINDOW, ON_WINDOW
 from sitl.scenario.spec import Scenario

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.autopilot.vehicle import DT_US
+from sitl.constants import DT_US
 from sitl.errors import FlightFailedError
 from sitl.sweep.multisine import Floats
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sitl.dynamics import DT
+from sitl.constants import DT
 from sitl.sweep.multisine import Floats, Lines
 
 Complexes = NDArray[np.complex128]

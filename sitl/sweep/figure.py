@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from sitl.dynamics import PITCH
+from sitl.airframe.linear import PITCH
 from sitl.sweep.estimate import Complexes
 from sitl.sweep.fit import response_of
 from sitl.sweep.identify import Identified

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from sitl.dynamics import DT, RateAxis
+from sitl.airframe.linear import RateAxis
+from sitl.constants import DT
 from sitl.sweep.estimate import Complexes, Response
 from sitl.sweep.multisine import Floats
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import find_peaks
 
-from sitl.dynamics import DT, RateAxis
+from sitl.airframe.linear import RateAxis
+from sitl.constants import DT
 from sitl.sweep.estimate import Response, frequency_response
 from sitl.sweep.fit import BAND, Fit, fit_rate_axis, response_of
 from sitl.sweep.multisine import Floats, Plan, measured

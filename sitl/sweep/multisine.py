@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sitl.dynamics import DT
+from sitl.constants import DT
 
 Floats = NDArray[np.float64]
 Lines = NDArray[np.int64]

@@ -10,7 +10,8 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import brentq, least_squares
 
-from sitl.dynamics import DT, PITCH, RateAxis
+from sitl.airframe.linear import PITCH, RateAxis
+from sitl.constants import DT
 from sitl.sweep.estimate import Complexes, Response
 from sitl.sweep.fit import BAND, Fit, fit_rate_axis
 from sitl.sweep.multisine import Floats

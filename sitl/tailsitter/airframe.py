@@ -4,11 +4,11 @@ import struct
 
 import numpy as np
 
+from sitl.airframe.condition import Condition
+from sitl.airframe.mixer import Mixer
+from sitl.airframe.surroundings import Surroundings
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector
-from sitl.autopilot.mixer import Four, Mixer
-from sitl.autopilot.tuning import RATE_PIDS, Tuning
-from sitl.condition import Condition
-from sitl.dynamics import DT
+from sitl.constants import DT
 from sitl.tailsitter.body import STEPS, sample, workspace
 from sitl.tailsitter.layout import (
     CHARGE,
@@ -22,14 +22,14 @@ from sitl.tailsitter.layout import (
     VELOCITY,
 )
 from sitl.tailsitter.parameters import Parameters
-from sitl.tailsitter.trim import trim
-from sitl.weather.surroundings import Surroundings
-
-ALTITUDE_INTEGRAL = 0.8
-"""Acceleration gained per climb rate error and time, 1/s². A guess; PX4's MPC_Z_VEL_I_ACC is 2."""
 
 _PACK = struct.Struct(f"{INPUTS}d")
 _NO_AXIS = -1.0
+
+
+def rotor_mixer(p: Parameters) -> Mixer:
+    """How normalized torque and thrust go to the rotors of this vehicle."""
+    return Mixer(p.mixer_share, p.idle, 1.0)
 
 
 class Tailsitter:
@@ -42,9 +42,8 @@ class Tailsitter:
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = p = parameters or Parameters()
         self.condition = Condition()
-        self.tuning = Tuning(RATE_PIDS, trim(p).thrust, ALTITUDE_INTEGRAL, position_hold=True)
         self._params = p.record()
-        self._mixer = Mixer(p.mixer_share, p.idle, 1.0)
+        self._rotors = rotor_mixer(p)
         self._buffer = bytearray(_PACK.size)
         self._inputs = np.frombuffer(self._buffer)
         self._before = np.zeros(7)
@@ -65,14 +64,6 @@ class Tailsitter:
         """Upwards, m/s."""
         return -self.velocity[2]
 
-    def allocate(self, torque: Vector, thrust: float) -> tuple[Vector, float]:
-        """See `Airframe.allocate` and `mixer`."""
-        return self._mixer.allocate(torque, thrust)
-
-    def motors(self, torque: Vector, thrust: float) -> Four:
-        """See `Airframe.motors`."""
-        return self._mixer.commands(torque, thrust)
-
     def advance(self, torque: Vector, thrust: float, around: Surroundings) -> None:
         """Fly one sample; see `Airframe.advance`."""
         c = self.condition
@@ -81,7 +72,7 @@ class Tailsitter:
         _PACK.pack_into(
             self._buffer,
             0,
-            *self._mixer.commands(torque, thrust),
+            *self._rotors.commands(torque, thrust),
             *(ZERO if standing else around.torque),
             *around.moment,
             *around.wind,

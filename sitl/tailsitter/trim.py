@@ -7,10 +7,9 @@ from math import inf, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from sitl.attitude import ZERO, Quaternion, Vector
-from sitl.autopilot.mixer import Mixer
-from sitl.autopilot.position import lean
-from sitl.dynamics import DT, GRAVITY
+from sitl.airframe.mixer import Mixer
+from sitl.attitude import ZERO, Quaternion, Vector, lean
+from sitl.constants import DT, GRAVITY
 from sitl.errors import FlightFailedError
 from sitl.tailsitter.body import STEPS, derivative, sample, workspace
 from sitl.tailsitter.layout import (

@@ -5,7 +5,7 @@ from math import exp, pi, sqrt
 import numpy as np
 
 from sitl.attitude import ZERO, Vector
-from sitl.dynamics import DT
+from sitl.constants import DT
 
 BLOCK = 1024
 

@@ -4,7 +4,7 @@ from math import isfinite
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.autopilot.vehicle import DT_US
+from sitl.constants import DT_US
 from sitl.flight import Flight
 from sitl.wire.messages import BUILDERS
 from sitl.wire.parameters import Parameters

@@ -153,7 +153,7 @@ def _home_position(_: Vehicle, s: Sample) -> Message:
 
 def _servo_output_raw(v: Vehicle, s: Sample) -> Message:
     """Four motors, 1000…2000 µs, in the order of `mixer`."""
-    motors = v.airframe.motors(s.u_e, s.thrust) if v.armed else (0.0,) * 4
+    motors = v.mixer.commands(s.u_e, s.thrust) if v.armed else (0.0,) * 4
     widths = [1000 + round(1000.0 * each) for each in motors]
     return mavlink.MAVLink_servo_output_raw_message(s.stamp_us % 2**32, 0, *widths, 0, 0, 0, 0)
 

@@ -6,7 +6,8 @@ from math import isfinite
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.autopilot.vehicle import DT_US, Vehicle
+from sitl.autopilot.vehicle import Vehicle
+from sitl.constants import DT_US
 from sitl.wire.port import COMPONENT, SYSTEM, Message, Port, source_of
 
 

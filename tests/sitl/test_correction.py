@@ -4,10 +4,11 @@ import math
 
 import pytest
 
+from sitl.airframe.surroundings import STILL, Surroundings
+from sitl.autopilot.aircraft import linear
 from sitl.autopilot.correction import CorrectionInput, Verdict
-from sitl.autopilot.vehicle import DT_US, START_US, Vehicle
-from sitl.dynamics import LinearAirframe
-from sitl.weather.surroundings import STILL, Surroundings
+from sitl.autopilot.vehicle import START_US, Vehicle
+from sitl.constants import DT_US
 
 NOW = 20_000_000
 VALUE = (0.1, -0.2, 0.3)
@@ -81,7 +82,7 @@ def test_news_after_a_fade_acts_at_once():
 
 
 def flying() -> Vehicle:
-    vehicle = Vehicle(LinearAirframe())
+    vehicle = Vehicle(linear())
     vehicle.arm()
     vehicle.take_off(2.0)
     for _ in range(500):
@@ -99,7 +100,7 @@ def test_an_answer_to_the_newest_sample_acts_one_sample_later_and_its_age_says_s
 
 
 def test_a_zero_correction_has_an_age_and_no_correction_has_none():
-    vehicle, corrections = Vehicle(LinearAirframe()), CorrectionInput()
+    vehicle, corrections = Vehicle(linear()), CorrectionInput()
     assert vehicle.step(STILL, (0.0, 0.0, 0.0), corrections).age == -1
     corrections.offer(START_US, (0.0, 0.0, 0.0), START_US)
     assert vehicle.step(STILL, (0.0, 0.0, 0.0), corrections).age == 1

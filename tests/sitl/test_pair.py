@@ -5,7 +5,8 @@ import math
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.autopilot.vehicle import DT_US, START_US
+from sitl.autopilot.vehicle import START_US
+from sitl.constants import DT_US
 from sitl.wire.endpoint import COMPANION, GROUND
 from tests.sitl.bench import payload
 from tests.sitl.wire import Wire, kinds

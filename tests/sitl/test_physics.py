@@ -7,14 +7,16 @@ import pytest
 from scipy.signal import freqz, lfilter
 from scipy.spatial.transform import Rotation
 
+from sitl.airframe.linear import PITCH, ROLL, YAW, LinearAxis
+from sitl.airframe.surroundings import STILL, Surroundings
 from sitl.attitude import attitude_error, down_component, multiply, rotated_by_rate
+from sitl.autopilot.aircraft import LINEAR_TUNING, linear
 from sitl.autopilot.controller import ATTITUDE_GAIN, RateController
 from sitl.autopilot.correction import CorrectionInput
 from sitl.autopilot.tuning import PITCH_PID
 from sitl.autopilot.vehicle import Vehicle
-from sitl.dynamics import DT, LINEAR_TUNING, PITCH, ROLL, YAW, LinearAirframe, LinearAxis
+from sitl.constants import DT
 from sitl.weather.disturbance import CALM, SEGMENT, Weather, first_order_pole, noise_sigma
-from sitl.weather.surroundings import STILL, Surroundings
 
 G = (PITCH.gain * np.array([0.0, 1.0, -PITCH.zero]), np.poly([1.0, PITCH.pole]))
 C = (PITCH_PID.gain * np.poly(PITCH_PID.zeros), np.poly([0.0, 1.0]))
@@ -22,7 +24,7 @@ INTEGRATOR = (0.5 * DT * np.array([1.0, 1.0]), np.array([1.0, -1.0]))  # trapezo
 
 
 def hovering() -> Vehicle:
-    vehicle = Vehicle(LinearAirframe())
+    vehicle = Vehicle(linear())
     vehicle.arm()
     vehicle.take_off(2.0)
     while vehicle.airframe.altitude < 1.9:
@@ -178,7 +180,7 @@ def test_take_off_reaches_its_altitude_and_landing_ends_disarmed_on_the_ground()
 
 
 def test_an_armed_vehicle_stays_on_the_ground_until_it_is_sent_up():
-    vehicle = Vehicle(LinearAirframe())
+    vehicle = Vehicle(linear())
     vehicle.arm()
     samples = [vehicle.step(Surroundings((0.5, 0.5, 0.5)), (1e-3, 0.0, 0.0), CorrectionInput()) for _ in range(500)]
     assert not vehicle.flying

@@ -1,7 +1,8 @@
 """The link's weather: what is lost, what is late, and that the same seed gives the same."""
 
-from sitl.autopilot.vehicle import DT_US, START_US
+from sitl.autopilot.vehicle import START_US
 from sitl.channel import Channel, Quality
+from sitl.constants import DT_US
 
 VALUE = (0.1, 0.2, 0.3)
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sitl.condition import Condition
-from sitl.dynamics import LinearAirframe
+from sitl.airframe.condition import Condition
+from sitl.autopilot.aircraft import linear
 from sitl.errors import ScenarioError
 from sitl.flight import Flight
 from sitl.scenario.script import Phase
@@ -82,9 +82,9 @@ def test_an_event_comes_at_its_sample_of_window_time_in_both_windows(tmp_path):
 
 
 def test_what_the_aircraft_had_before_take_off_is_what_it_is_given_back(tmp_path):
-    airframe = LinearAirframe()
-    airframe.condition.gain = (1.2, 1.2, 1.2)
-    flight = Flight(scenario(tmp_path, event("gain", factor=0.7)), 1, SCALE, airframe=airframe)
+    aircraft = linear()
+    aircraft.airframe.condition.gain = (1.2, 1.2, 1.2)
+    flight = Flight(scenario(tmp_path, event("gain", factor=0.7)), 1, SCALE, aircraft=aircraft)
     fly(flight, Phase.OFF)
     flight.step()
     assert flight.vehicle.airframe.condition.gain == (0.7, 0.7, 0.7)

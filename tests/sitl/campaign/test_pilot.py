@@ -6,12 +6,13 @@ from math import log
 import numpy as np
 import pytest
 
-from sitl.campaign.pilot import Job, airframe_of, fly, fly_row, row_of
+from sitl.airframe.linear import PITCH
+from sitl.airframe.surroundings import STILL
+from sitl.campaign.pilot import Job, aircraft_of, fly, fly_row, row_of
 from sitl.campaign.plan import Inputs
-from sitl.dynamics import DT, PITCH
+from sitl.constants import DT
 from sitl.log import ON_WINDOW
 from sitl.scenario.spec import load
-from sitl.weather.surroundings import STILL
 
 NOMINAL = Inputs(0, 3, "linear", "paper", 1, 1.0, 1.0)
 
@@ -43,7 +44,7 @@ def test_gain_and_pole_change_the_plant_as_they_say():
     """After a step of torque the rate's growth settles at the gain's; the lag's time constant is 1 / corner."""
     rates = []
     for inputs in (NOMINAL, NOMINAL._replace(gain=0.5), NOMINAL._replace(pole=2.0)):
-        airframe, history = airframe_of(inputs), []
+        airframe, history = aircraft_of(inputs).airframe, []
         airframe.on_ground, airframe.altitude = False, 1000.0
         for _ in range(1000):
             airframe.advance((0.0, 1e-6, 0.0), 0.5, STILL)

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.signal import lfilter
 
-from sitl.dynamics import RateAxis
+from sitl.airframe.linear import RateAxis
 from sitl.sweep.multisine import Plan, excitation
 
 C = 0.9002 * np.poly([0.8343, 0.9987]), np.array([1.0, -1.0, 0.0])

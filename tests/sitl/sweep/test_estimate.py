@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.dynamics import PITCH, RateAxis
+from sitl.airframe.linear import PITCH, RateAxis
 from sitl.sweep.estimate import frequency_response
 from sitl.sweep.fit import fit_rate_axis, response_of
 from sitl.sweep.identify import identify

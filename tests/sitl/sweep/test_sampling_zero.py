@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import cont2discrete, dlsim, lfilter
 
-from sitl.dynamics import DT, PITCH
+from sitl.airframe.linear import PITCH
+from sitl.constants import DT
 from sitl.sweep.sampling_zero import as_paper_fits, behind, delay_of_zero, sampled
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sitl.dynamics import PITCH, ROLL, YAW
+from sitl.airframe.linear import PITCH, ROLL, YAW
 from sitl.scenario.tables import AXES
 from sitl.sweep.client import SweepClient
 from sitl.sweep.fit import response_of

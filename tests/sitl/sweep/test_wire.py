@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.dynamics import PITCH, ROLL
+from sitl.airframe.linear import PITCH, ROLL
 from sitl.errors import FlightFailedError
 from sitl.sweep.cli import main
 from sitl.sweep.client import Phase, SweepClient

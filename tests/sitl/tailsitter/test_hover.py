@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sitl.airframe.surroundings import STILL, Surroundings
 from sitl.attitude import ZERO, multiply
+from sitl.autopilot.aircraft import tailsitter
 from sitl.autopilot.correction import CorrectionInput
 from sitl.autopilot.tuning import RATE_PIDS
 from sitl.autopilot.vehicle import Sample, Vehicle
-from sitl.dynamics import DT
+from sitl.constants import DT
 from sitl.errors import FlightFailedError
-from sitl.tailsitter.airframe import Tailsitter
 from sitl.tailsitter.parameters import Parameters
 from sitl.tailsitter.trim import linearize, trim
 from sitl.weather.disturbance import SEGMENT, Weather
-from sitl.weather.surroundings import STILL, Surroundings
 
 P = Parameters()
 BAND = np.geomspace(4.0, 50.0, 24)  # where the paper identified (11), rad/s
@@ -31,7 +31,7 @@ def paper_pitch(w: np.ndarray) -> np.ndarray:
 
 
 def hovering(altitude: float = 5.0, **condition: object) -> Vehicle:
-    vehicle = Vehicle(Tailsitter())
+    vehicle = Vehicle(tailsitter())
     for name, value in condition.items():
         setattr(vehicle.airframe.condition, name, value)
     vehicle.arm()
@@ -262,10 +262,10 @@ def test_turning_a_quarter_about_the_nose_turns_broadside_into_edge_on():
 
 PLAIN = """
 from sitl.autopilot.correction import CorrectionInput
-from sitl.weather.surroundings import Surroundings
-from sitl.tailsitter.airframe import Tailsitter
+from sitl.airframe.surroundings import Surroundings
+from sitl.autopilot.aircraft import tailsitter
 from sitl.autopilot.vehicle import Vehicle
-vehicle = Vehicle(Tailsitter())
+vehicle = Vehicle(tailsitter())
 vehicle.airframe.condition.flexible = vehicle.airframe.condition.battery_sag = True
 vehicle.arm()
 vehicle.take_off(2.0)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.autopilot.mixer import PITCH, ROLL, YAW, Mixer
+from sitl.airframe.mixer import PITCH, ROLL, YAW, Mixer
 
 MIXER = Mixer(share=1.8, low=0.02, high=1.0)
 torque = st.tuples(*[st.floats(-3.0, 3.0)] * 3)

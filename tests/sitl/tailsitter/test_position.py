@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.attitude import LEVEL, ZERO
-from sitl.autopilot.position import MAX_LEAN, AltitudeHold, PositionHold, lean
+from sitl.attitude import LEVEL, ZERO, lean
+from sitl.autopilot.aircraft import tailsitter
+from sitl.autopilot.position import MAX_LEAN, AltitudeHold, PositionHold
 from sitl.autopilot.tuning import PITCH_PID, Tuning
-from sitl.dynamics import DT, GRAVITY
-from sitl.tailsitter.airframe import Tailsitter
+from sitl.constants import DT, GRAVITY
 
 unhurried = settings(deadline=None)
 
@@ -67,4 +67,4 @@ def test_altitude_hold_carries_a_load_it_was_not_told_of():
 
 
 def test_the_tailsitter_can_be_carried_away_and_says_so():
-    assert Tailsitter().tuning.position_hold
+    assert tailsitter().tuning.position_hold

@@ -7,7 +7,7 @@ pitch before yaw too, but gives yaw a minimum. A hover that must fly a torque di
 little room below and much above; the altitude hold takes back what thrust gave.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from sitl.attitude import Vector
 
@@ -17,6 +17,18 @@ ROLL: Four = (-1.0, 1.0, 1.0, -1.0)
 PITCH: Four = (1.0, -1.0, 1.0, -1.0)
 YAW: Four = (1.0, 1.0, -1.0, -1.0)
 """Signs of each rotor's thrust in the torque about an axis: front right, rear left, front left, rear right."""
+
+
+class Allocator(Protocol):
+    """What turns the torque about roll, pitch, yaw and the thrust asked for (normalized) into rotor commands."""
+
+    def allocate(self, torque: Vector, thrust: float) -> tuple[Vector, float]:
+        """What can be had of what is asked for; u_e is what comes out of it."""
+        ...
+
+    def commands(self, torque: Vector, thrust: float) -> Four:
+        """Commands of the four rotors for what `allocate` returned, 0…1."""
+        ...
 
 
 class Mixer(NamedTuple):
@@ -53,3 +65,20 @@ class Mixer(NamedTuple):
             thrust + roll + pitch - yaw,
             thrust - roll - pitch - yaw,
         )
+
+
+_FOR_SHOW = Mixer(share=0.5, low=0.0, high=1.0)
+
+
+class SeparateAxes:
+    """The allocator of the linear axes: each saturates at ±1 on its own, there are no rotors to share."""
+
+    def allocate(self, torque: Vector, thrust: float) -> tuple[Vector, float]:
+        """See `Allocator.allocate`."""
+        x, y, z = torque
+        return (max(-1.0, min(1.0, x)), max(-1.0, min(1.0, y)), max(-1.0, min(1.0, z))), thrust
+
+    def commands(self, torque: Vector, thrust: float) -> Four:
+        """For show: nothing but u_e and thrust moves the linear axes."""
+        first, second, third, fourth = (max(0.0, min(1.0, each)) for each in _FOR_SHOW.commands(torque, thrust))
+        return first, second, third, fourth

@@ -1,23 +1,11 @@
-"""What moves: the airframe behind a small protocol, and the identified linear one of the paper.
-
-A nonlinear airframe replaces `LinearAirframe` by offering the same few attributes; nothing else in the package knows
-which one flies.
-"""
+"""The identified linear axes of the paper as an airframe."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
+from sitl.airframe.condition import Condition
+from sitl.airframe.surroundings import Surroundings
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, down_component, rotated_by_rate
-from sitl.autopilot.mixer import Four, Mixer
-from sitl.autopilot.tuning import RATE_PIDS, Tuning
-from sitl.condition import Condition
-from sitl.weather.surroundings import Surroundings
-
-DT = 0.004
-"""Sample time, s: the paper's attitude loop runs at 250 Hz (beside Eq. (10))."""
-
-GRAVITY = 9.80665
-"""Standard gravity, m/s² (ISO 80000-3)."""
+from sitl.constants import DT, GRAVITY
 
 HOVER_THRUST = 0.5
 """Normalized thrust that carries the weight. A guess: a usual thrust-to-weight ratio of two."""
@@ -53,53 +41,6 @@ The canted rotors' inertia reacts when they change speed: against roll, which is
 gone through infinity to the positive axis), and along with yaw, which answers at once. The wing damps yaw.
 """
 
-LINEAR_TUNING = Tuning(rate=RATE_PIDS, hover_thrust=HOVER_THRUST)
-
-
-class Airframe(Protocol):
-    """A body in the air, advanced one sample at a time.
-
-    `rate` is the body rate in hover axes, rad/s; `attitude` turns hover axes into north-east-down; `position` and
-    `velocity` are m and m/s from the take-off point, north-east-down; `altitude` and `climb` are their vertical part,
-    up positive; `specific_force` is what an accelerometer feels, m/s², hover axes; `condition` is its loads and faults;
-    `tuning` is what its controllers must know. `rate` holds what flexing adds to the gyro, `attitude` does not.
-    """
-
-    rate: Vector
-    attitude: Quaternion
-    on_ground: bool
-    specific_force: Vector
-    condition: Condition
-    tuning: Tuning
-
-    @property
-    def altitude(self) -> float: ...  # noqa: D102
-    @property
-    def climb(self) -> float: ...  # noqa: D102
-    @property
-    def position(self) -> Vector: ...  # noqa: D102
-    @property
-    def velocity(self) -> Vector: ...  # noqa: D102
-
-    def allocate(self, torque: Vector, thrust: float) -> tuple[Vector, float]:
-        """What the mixer makes of the torque about roll, pitch, yaw and the thrust asked for; all normalized.
-
-        u_e is what comes out of it.
-        """
-        ...
-
-    def motors(self, torque: Vector, thrust: float) -> Four:
-        """Commands of the four rotors for what `allocate` returned, 0…1, in the order of `mixer`."""
-        ...
-
-    def advance(self, torque: Vector, thrust: float, around: Surroundings) -> None:
-        """Fly one sample of `DT` seconds with these inputs held.
-
-        `torque` (u_e, about roll, pitch, yaw; −1…1) and `thrust` (0…1) have been through `allocate`; the disturbance
-        `around.torque` adds to u_e at the plant's input.
-        """
-        ...
-
 
 class LinearAxis:
     """One `RateAxis` as a difference equation in transposed direct form II, the form of `scipy.signal.lfilter`."""
@@ -128,9 +69,6 @@ class LinearAxis:
         self._s1 = self._s2 = 0.0
 
 
-_FOR_SHOW = Mixer(share=0.5, low=0.0, high=1.0)
-
-
 class LinearAirframe:
     """Three uncoupled linear rate axes, an exact attitude integration and a vertical axis.
 
@@ -149,7 +87,6 @@ class LinearAirframe:
         self.on_ground = True
         self.specific_force: Vector = (0.0, 0.0, -GRAVITY)
         self.condition = Condition()
-        self.tuning = LINEAR_TUNING
         self._lift = 0.0  # lagged thrust
 
     @property
@@ -161,16 +98,6 @@ class LinearAirframe:
     def velocity(self) -> Vector:
         """North-east-down, m/s."""
         return (0.0, 0.0, -self.climb)
-
-    def allocate(self, torque: Vector, thrust: float) -> tuple[Vector, float]:
-        """Each axis saturates at ±1 on its own: there are no rotors to share."""
-        x, y, z = torque
-        return (max(-1.0, min(1.0, x)), max(-1.0, min(1.0, y)), max(-1.0, min(1.0, z))), thrust
-
-    def motors(self, torque: Vector, thrust: float) -> Four:
-        """For show: nothing but u_e and thrust moves this airframe."""
-        first, second, third, fourth = (max(0.0, min(1.0, each)) for each in _FOR_SHOW.commands(torque, thrust))
-        return first, second, third, fourth
 
     def advance(self, torque: Vector, thrust: float, around: Surroundings) -> None:
         """Fly one sample; see `Airframe.advance`."""
