@@ -11,6 +11,8 @@ from typing import Any
 
 from dob_companion.artifact import DobDesign, check_flyable, loads
 from dob_companion.cli.keeping import Keeping
+from dob_companion.cli.times import utc
+from dob_companion.cli.waiting import Waiting
 from dob_companion.companion import Companion, CompanionConfig, Event, Status, parse_config
 from dob_companion.companion.witness import Witness
 from dob_companion.files import read_text
@@ -59,6 +61,7 @@ def fly(
         def turn(now: float) -> None:
             notifier.alive(now, lambda: _in_words(companion.status()))
             keeping.turn(now, companion)
+            waiting.turn(now, companion, clock.received_bytes)
 
         def tell(status: Status) -> None:
             feed.moment(companion, status, clock)
@@ -80,6 +83,7 @@ def fly(
             leaving.callback(recorder.close)
             show(Event.info(f"recording flight {recorder.flight} to {settings.record.dir}"))
         clock = LoopClock(recorder, design.dt)
+        waiting = Waiting(url, settings.system, show, time.monotonic())
         leaving.callback(notifier.stopping)
         code = serve(
             companion,
@@ -135,8 +139,8 @@ def _as_text(event: Event) -> str:
 
 
 def _as_json(event: Event) -> str:
-    return json.dumps({"event": event.text, "severity": event.severity.name})
+    return json.dumps({"time": utc(), "event": event.text, "severity": event.severity.name})
 
 
 def _status_as_json(status: Status) -> str:
-    return json.dumps({"status": asdict(status) | {"state": status.state.name}})
+    return json.dumps({"time": utc(), "status": asdict(status) | {"state": status.state.name}})

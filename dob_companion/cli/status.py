@@ -6,7 +6,8 @@ import time
 from dataclasses import asdict
 from typing import Any
 
-from dob_companion.cli.param import add_station_arguments
+from dob_companion.cli.param import add_station_arguments, station_url
+from dob_companion.cli.times import utc
 from dob_companion.errors import NoVehicleError
 
 
@@ -25,10 +26,9 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Wait for one telemetry message and print it."""
     from dob_companion.ground import GroundStation
-    from dob_companion.runtime.urls import parse_link_url
     from dob_companion.supervisor import State
 
-    url = parse_link_url(args.link)
+    url = station_url(args.link)
 
     with GroundStation(url, args.timeout) as station:
         deadline = time.monotonic() + args.timeout
@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     if seen is None:
         raise NoVehicleError(f"link {url}: the vehicle is there, its companion said nothing within {args.timeout:g} s")
     if args.json:
-        print(json.dumps(asdict(seen) | {"state": State(seen.state).name}))
+        print(json.dumps({"time": utc()} | asdict(seen) | {"state": State(seen.state).name}))
         return 0
     rows = (("roll", 0), ("pitch", 1), ("yaw", 2))
     print(f"{State(seen.state).name}   {seen.rate_hz:.1f} Hz   delay {seen.delay_samples} samples")

@@ -225,6 +225,7 @@ class Companion:
                 self._correction_heard(fact)
             case ParamWrite() | ParamRead():
                 self._out.extend(self._operator.answer(fact))
+                self._events += map(Event.info, self._operator.words())
                 self.loop.operator_wrote()
                 self._report()
             case CommandAck():
@@ -294,6 +295,8 @@ class Companion:
 
     def _each_second(self, now: float) -> None:
         self._out.append(self._speaker.heartbeat(fault=self.loop.state is State.FAULT))
+        self._operator.each_second()
+        self._events += map(Event.info, self._operator.words())
         if self.vehicle is None:
             return
         self._out.append(self._speaker.ask_time(round(now * 1e9)))

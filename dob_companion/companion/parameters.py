@@ -3,14 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from dob_companion.artifact import AXES
 from dob_companion.mavlink import ParamRefusal, ParamWrite
+from dob_companion.supervisor import State
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterSpec:
     """One row of the table. Everything travels as REAL32; `whole` numbers may be written in any integer coding.
 
-    What the operator writes to a `kept` one survives a restart.
+    What the operator writes to a `kept` one survives a restart. `unit` is "" for what has none.
     """
 
     name: str
@@ -21,17 +23,16 @@ class ParameterSpec:
     whole: bool = False
     read_only: bool = False
     kept: bool = True
+    unit: str = ""
 
 
 PARAMETERS: tuple[ParameterSpec, ...] = (
-    ParameterSpec(
-        "DOB_ENABLE", "inject the correction on the chosen axes; 0 clears a fault", 0, 0, 1, whole=True, kept=False
-    ),
-    ParameterSpec("DOB_AXES", "bit mask of axes: 1 roll, 2 pitch, 4 yaw", 7, 0, 7, whole=True),
+    ParameterSpec("DOB_ENABLE", "inject; 0 clears a fault", 0, 0, 1, whole=True, kept=False),
+    ParameterSpec("DOB_AXES", "1 roll, 2 pitch, 4 yaw, added up", 7, 0, 7, whole=True),
     ParameterSpec("DOB_GAIN", "gain g on the estimate", 1, 0, 1),
-    ParameterSpec("DOB_LIMIT", "largest correction per axis, normalized torque", 0.3, 0, 1),
-    ParameterSpec("DOB_RAMP_S", "fade-in and fade-out time, s", 0.5, 0, 10),
-    ParameterSpec("DOB_STATE", "what the supervisor does (read-only)", 0, 0, 6, whole=True, read_only=True, kept=False),
+    ParameterSpec("DOB_LIMIT", "largest correction of an axis", 0.3, 0, 1, unit="normalized torque"),
+    ParameterSpec("DOB_RAMP_S", "fade-in and fade-out time", 0.5, 0, 10, unit="s"),
+    ParameterSpec("DOB_STATE", "what the supervisor does", 0, 0, 6, whole=True, read_only=True, kept=False),
 )
 
 _SMALLEST_NORMAL = 1.1754943508222875e-38
@@ -110,6 +111,21 @@ class Parameters:
 def fits(spec: ParameterSpec, value: float) -> bool:
     """Whether a value is finite, in range, and whole where that is meant."""
     return spec.low <= value <= spec.high and (not spec.whole or value == round(value))
+
+
+def in_words(name: str, value: float) -> str:
+    """What a value means beside its number: a unit, a state's name, the axes of the mask. "" when nothing is to add."""
+    spec = PARAMETERS[_INDEX[name]] if name in _INDEX else None
+    if spec is None or not fits(spec, value):
+        return ""
+    match name:
+        case "DOB_ENABLE":
+            return "on" if value else "off"
+        case "DOB_AXES":
+            return ", ".join(axis for bit, axis in enumerate(AXES) if int(value) >> bit & 1) or "none"
+        case "DOB_STATE":
+            return State(int(value)).name
+    return spec.unit
 
 
 def _lenient(spec: ParameterSpec, write: ParamWrite) -> float:

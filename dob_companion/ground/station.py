@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from mavsdk import ComponentType, Configuration, ConnectionResult, Mavsdk, log_subscribe
 from mavsdk.plugins.action import Action, ActionError
 from mavsdk.plugins.mavlink_direct import MavlinkDirect
-from mavsdk.plugins.param import Param, ParamError, ProtocolVersion
+from mavsdk.plugins.param import Param, ParamError, ParamResult, ProtocolVersion
 
 from dob_companion.errors import LinkBusyError, NoVehicleError, RefusedError
 from dob_companion.runtime.urls import LinkUrl
@@ -23,6 +23,8 @@ COMPANION = 191
 
 _POLL_S = 0.5
 """How long MAVSDK is waited for at a time: a signal is not noticed sooner."""
+
+_LOOK_S = 0.05
 
 _T = TypeVar("_T")
 
@@ -43,7 +45,11 @@ class GroundStation:
     """One vehicle, seen from the ground. `texts` and `telemetry` fill by themselves from MAVSDK's own threads."""
 
     def __init__(self, url: LinkUrl, timeout_s: float) -> None:
-        """Connect. Raises LinkBusyError for a port that cannot be had, NoVehicleError when nobody is heard in time."""
+        """Connect. Raises LinkBusyError for a port that cannot be had, NoVehicleError when nobody is heard in time.
+
+        The companion, once something is asked of it, is waited for as long.
+        """
+        self._url, self._timeout_s = url, timeout_s
         log_subscribe(lambda *_: True)  # MAVSDK prints to the terminal otherwise
         self.texts: queue.SimpleQueue[str] = queue.SimpleQueue()
         self.telemetry: Telemetry | None = None
@@ -97,24 +103,53 @@ class GroundStation:
 
     def arm(self) -> None:
         """Arm. Raises RefusedError when the vehicle declines."""
-        _asked("arm", self._action.arm)
+        self._asked_vehicle("arm", self._action.arm)
 
     def take_off(self) -> None:
         """Take off to the vehicle's own take-off altitude. Raises RefusedError when the vehicle declines."""
-        _asked("take off", self._action.takeoff)
+        self._asked_vehicle("take off", self._action.takeoff)
 
     def parameters(self) -> dict[str, float]:
-        """All parameters of the companion, in its own order."""
-        found = _asked("list parameters", self._param.get_all_params)
-        return {param.name: param.value for param in found.float_params}
+        """All parameters of the companion by name. Raises NoVehicleError when it does not answer."""
+        found = self._asked_companion("list parameters", self._param.get_all_params)
+        if not found.float_params:
+            raise self._silent("could not list parameters")
+        return {param.name: shortest(param.value) for param in found.float_params}
 
     def parameter(self, name: str) -> float:
-        """One parameter of the companion. Raises RefusedError when it does not answer or does not know it."""
-        return float(_asked(f"read {name}", lambda: self._param.get_param_float(name)))
+        """One parameter of the companion. Raises NoVehicleError when it does not answer, RefusedError when it does
+        not know it."""
+        return shortest(self._asked_companion(f"read {name}", lambda: self._param.get_param_float(name)))
 
     def set_parameter(self, name: str, value: float) -> None:
-        """Write a parameter of the companion and see it echoed. Raises RefusedError otherwise."""
-        _asked(f"write {name}={value:g}", lambda: self._param.set_param_float(name, value))
+        """Write a parameter of the companion and see it echoed. Raises NoVehicleError when it does not answer,
+        RefusedError when it refuses."""
+        self._asked_companion(f"write {name}={value:g}", lambda: self._param.set_param_float(name, value))
+
+    def _asked_vehicle(self, what: str, call: Callable[[], _T]) -> _T:
+        try:
+            return call()
+        except ActionError as problem:
+            raise RefusedError(f"the vehicle did not {what}: {_in_words(problem)}") from None
+
+    def _asked_companion(self, what: str, call: Callable[[], _T]) -> _T:
+        deadline = time.monotonic() + self._timeout_s
+        while COMPANION not in self._system.component_ids():  # else MAVSDK asks for long, and takes silence for a list
+            if time.monotonic() >= deadline:
+                raise self._silent(f"could not {what}")
+            time.sleep(_LOOK_S)
+        try:
+            return call()
+        except ParamError as problem:
+            if problem.result is ParamResult.TIMEOUT:
+                raise self._silent(f"could not {what}") from None
+            raise RefusedError(f"the companion did not {what}: {_in_words(problem)}") from None
+
+    def _silent(self, what: str) -> NoVehicleError:
+        return NoVehicleError(
+            f"link {self._url}: {what}: the vehicle is there, its companion (component {COMPANION}) does not answer. "
+            "Does `dob-companion run` run, and does the vehicle route between its link and this one?"
+        )
 
     def texts_until(self, deadline: float) -> Iterator[str]:
         """STATUSTEXTs as they come, until `deadline` on the monotonic clock."""
@@ -153,14 +188,15 @@ def _signals_held() -> Iterator[None]:
             signal.raise_signal(held[0])
 
 
-def _asked(what: str, call: Callable[[], _T]) -> _T:
-    try:
-        return call()
-    except (ParamError, ActionError) as problem:
-        reason = problem.result.name.lower().replace("_", " ")
-        raise RefusedError(f"the vehicle did not {what}: {reason}") from None
+def _in_words(problem: ParamError | ActionError) -> str:
+    return str(problem.result.name).lower().replace("_", " ")
+
+
+def shortest(value: float) -> float:
+    """A REAL32 with the digits that it was written with: 0.3, not 0.30000001192092896."""
+    return float(f"{value:.7g}")
 
 
 def _mavsdk_url(url: LinkUrl) -> str:
     scheme = "tcpout" if url.scheme == "tcp" else url.scheme
-    return f"{scheme}://{url.target}:{url.number}"
+    return f"{scheme}://{url.host}:{url.number}"

@@ -41,12 +41,14 @@ class LoopClock(Witness):
         self.inner = inner
         self.late = 0
         """turns that took longer than a sample"""
+        self.received_bytes = 0
         self._dt = dt
         self._longest_s = 0.0
         self._cpu = time.process_time(), time.monotonic()
 
     def received(self, data: bytes, now: float) -> None:
-        """Pass on."""
+        """Count, and pass on."""
+        self.received_bytes += len(data)
         self.inner.received(data, now)
 
     def advanced(self, now: float) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import signal
+from datetime import UTC, datetime, timedelta
 
 import pytest
 
@@ -52,6 +53,9 @@ def test_events_and_status_come_as_json_lines_when_asked(design):
     lines = [json.loads(line) for line in finished.stdout.splitlines()]
     assert any("status" in line for line in lines)
     assert any("listening" in line.get("event", "") for line in lines)
+    times = [datetime.fromisoformat(line["time"]) for line in lines]
+    assert times == sorted(times)
+    assert abs(times[-1] - datetime.now(UTC)) < timedelta(minutes=10)
 
 
 def test_no_vehicle_within_the_timeout_is_one_line_and_exit_1(design):
@@ -119,7 +123,7 @@ def test_a_missing_file_and_a_bad_url_are_one_line(design, tmp_path):
     missing = run_cli("run", "--design", tmp_path / "nowhere.json")
     assert missing.returncode == 2
     assert "nowhere.json" in one_line(missing)
-    bad = run_cli("run", "--design", design, "--link", "udp:nowhere")
+    bad = run_cli("run", "--design", design, "--link", "upd:nowhere")
     assert bad.returncode == 2
     assert "udpin:HOST:PORT" in one_line(bad)
 

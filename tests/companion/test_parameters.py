@@ -6,6 +6,7 @@ import pytest
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.companion import PARAMETERS, CompanionConfig, parse_config
+from dob_companion.companion.parameters import in_words
 from dob_companion.errors import ConfigError
 from dob_companion.supervisor import State
 from tests.companion.aircraft import aircraft, texts
@@ -152,3 +153,61 @@ def test_a_bad_configuration_is_one_line_that_names_the_key(text, words):
 
 def test_an_empty_configuration_is_the_default():
     assert parse_config("", "c.toml") == CompanionConfig()
+
+
+def told(plane):
+    return [event.text for event in plane.companion.events() if event.text.startswith("parameter")]
+
+
+def test_each_write_is_told_with_what_it_was_before_and_who_sent_it(plane):
+    plane.write("DOB_GAIN", 0.5)
+    plane.write("DOB_GAIN", 0.5)
+    plane.write("DOB_LIMIT", 0.3)
+    assert told(plane) == [
+        "parameter DOB_GAIN: 0.5, was 1 (written by system 255, component 190)",
+        "parameter DOB_GAIN: 0.5, as before (written by system 255, component 190)",
+        "parameter DOB_LIMIT: 0.3, as before (written by system 255, component 190)",
+    ]
+
+
+def test_a_refused_write_is_told_with_the_reason_and_another_components_is_not(plane):
+    plane.write("DOB_GAIN", 5.0)
+    plane.write("DOB_NO\nPE", 1.0)
+    plane.write("ATC_RAT_PIT_P", 0.5, component=0)
+    assert told(plane) == [
+        "parameter DOB_GAIN: 5 refused, value out of range (written by system 255, component 190)",
+        "parameter 'DOB_NO\\nPE': 1 refused, does not exist (written by system 255, component 190)",
+    ]
+
+
+def test_a_flood_of_writes_is_answered_in_full_and_told_in_part(plane):
+    for k in range(500):
+        assert values(plane.write("DOB_GAIN", (k % 100) / 100))
+    plane.now += 1.0
+    plane.companion.advance(plane.now)
+    lines = told(plane)
+    assert len(lines) == 11
+    assert lines[-1] == "parameters: 490 more writes within a second"
+    plane.write("DOB_GAIN", 1.0)
+    assert len(told(plane)) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("DOB_ENABLE", 0, "off"),
+        ("DOB_ENABLE", 1, "on"),
+        ("DOB_AXES", 7, "roll, pitch, yaw"),
+        ("DOB_AXES", 5, "roll, yaw"),
+        ("DOB_AXES", 0, "none"),
+        ("DOB_LIMIT", 0.3, "normalized torque"),
+        ("DOB_RAMP_S", 0.5, "s"),
+        ("DOB_GAIN", 1, ""),
+        ("DOB_STATE", State.ACTIVE, "ACTIVE"),
+        ("DOB_STATE", 99, ""),
+        ("DOB_STATE", float("nan"), ""),
+        ("NOT_OURS", 1, ""),
+    ],
+)
+def test_a_value_is_put_in_words(name, value, words):
+    assert in_words(name, value) == words

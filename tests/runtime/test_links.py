@@ -1,4 +1,4 @@
-"""One conformance class over every kind of link, and the URLs that name them."""
+"""One conformance class over every kind of link."""
 
 import contextlib
 import os
@@ -8,8 +8,8 @@ import threading
 
 import pytest
 
-from dob_companion.errors import LinkBusyError, LinkUrlError
-from dob_companion.runtime import LinkUrl, open_link, parse_link_url
+from dob_companion.errors import LinkBusyError
+from dob_companion.runtime import LinkUrl, open_link
 
 PATIENCE_S = 5.0
 
@@ -124,28 +124,3 @@ def test_a_port_in_use_is_one_clear_error():
 def test_a_device_that_is_not_there_is_one_clear_error(tmp_path):
     with pytest.raises(LinkBusyError, match=r"serial:.*cannot be opened"):
         open_link(LinkUrl("serial", str(tmp_path / "ttyNONE"), 57600))
-
-
-@pytest.mark.parametrize(
-    ("text", "url"),
-    [
-        ("udpin:127.0.0.1:14540", LinkUrl("udpin", "127.0.0.1", 14540)),
-        ("udpout://192.168.1.2:14550", LinkUrl("udpout", "192.168.1.2", 14550)),
-        ("tcp:localhost:5760", LinkUrl("tcp", "localhost", 5760)),
-        ("serial:/dev/ttyAMA0:921600", LinkUrl("serial", "/dev/ttyAMA0", 921600)),
-        ("serial:///dev/ttyUSB0:57600", LinkUrl("serial", "/dev/ttyUSB0", 57600)),
-        ("udpin:[::1]:14540", LinkUrl("udpin", "::1", 14540)),
-    ],
-)
-def test_a_url_is_read_in_both_spellings(text, url):
-    assert parse_link_url(text) == url
-
-
-@pytest.mark.parametrize(
-    "text", ["", "udpin", "udpin:127.0.0.1", "udp:127.0.0.1:1", "tcp:host:0", "tcp:host:70000", "serial:/dev/tty:fast"]
-)
-def test_a_bad_url_is_one_line_that_says_what_was_expected(text):
-    with pytest.raises(LinkUrlError) as caught:
-        parse_link_url(text)
-    assert repr(text) in str(caught.value)
-    assert "\n" not in str(caught.value)

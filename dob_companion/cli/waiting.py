@@ -1,0 +1,47 @@
+"""What the log says while no vehicle is heard: a daemon that waits without a word looks like one that hangs."""
+
+from collections.abc import Callable
+
+from dob_companion.companion import Companion, Event
+from dob_companion.runtime import LinkUrl
+
+FIRST_S, LONGEST_S = 5.0, 600.0
+"""The first word comes after 5 s, each further one when as much time again has passed, at most ten minutes."""
+
+
+class Waiting:
+    """Says how long nobody has been heard, what has come in instead, and what to look for."""
+
+    def __init__(self, url: LinkUrl, system: int | None, show: Callable[[Event], None], now: float) -> None:
+        self._url = url
+        self._wanted = "an autopilot's heartbeat" + (f" from system {system}" if system is not None else "")
+        self._show = show
+        self._since, self._next = now, now + FIRST_S
+
+    def turn(self, now: float, companion: Companion, received: int) -> None:
+        """Called in every turn; `received` bytes have come in so far."""
+        if companion.vehicle is not None or now < self._next:
+            return
+        waited = self._next - self._since
+        self._next += min(waited, LONGEST_S)
+        status = companion.status()
+        self._show(Event.info(f"no vehicle for {waited:.0f} s: {self._what(received, status.bad, status.foreign)}"))
+
+    def _what(self, received: int, bad: int, foreign: int) -> str:
+        if not received:
+            return f"nothing has come in on {self._url}; {self._remedy}"
+        if bad > foreign:
+            serial = "; is this the port's baud rate?" if self._url.scheme == "serial" else ""
+            return f"{received} bytes have come in on {self._url}, hardly any of them MAVLink{serial}"
+        return f"{received} bytes have come in on {self._url}, but not {self._wanted}"
+
+    @property
+    def _remedy(self) -> str:
+        match self._url.scheme:
+            case "serial":
+                return "does the autopilot speak MAVLink on that port, and at this baud rate?"
+            case "tcp":
+                return "does anybody listen there?"
+            case "udpout":
+                return "does the autopilot listen there?"
+        return "does the autopilot send there?"

@@ -1,0 +1,57 @@
+"""What a waiting daemon says, in simulated time."""
+
+from pymavlink.dialects.v20 import common as mav
+
+from dob_companion.cli.waiting import Waiting
+from dob_companion.companion import Companion
+from dob_companion.runtime import parse_link_url
+from tests.companion.aircraft import small_design
+
+UDP = "udpin:127.0.0.1:14540"
+
+
+def lines_of(minutes, *, url=UDP, system=None, each_second=None):
+    """All lines in so many minutes, with their times; `each_second` is what comes in each second."""
+    companion = Companion(small_design())
+    heard, now, received = [], 0.0, 0
+    waiting = Waiting(parse_link_url(url), system, lambda event: heard.append((now, event.text)), now)
+    for now in range(60 * minutes):
+        if each_second:
+            companion.receive(each_second, now)
+            received += len(each_second)
+        waiting.turn(now, companion, received)
+    return heard
+
+
+def beat(component, kind, autopilot):
+    sender = mav.MAVLink(None, srcSystem=1, srcComponent=component)
+    return bytes(mav.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 4, 3).pack(sender))
+
+
+def test_it_speaks_soon_and_ever_more_rarely():
+    times = [at for at, _ in lines_of(40)]
+    assert times[:4] == [5, 10, 20, 40]
+    assert 3 <= len([at for at in times if at >= 600]) <= 5
+
+
+def test_silence_asks_whether_anybody_sends():
+    assert lines_of(1)[0][1] == f"no vehicle for 5 s: nothing has come in on {UDP}; does the autopilot send there?"
+    assert "at this baud rate?" in lines_of(1, url="/dev/ttyAMA0")[0][1]
+
+
+def test_noise_points_to_the_baud_rate_of_a_serial_line():
+    assert (
+        "hardly any of them MAVLink; is this the port's baud rate?"
+        in (lines_of(1, url="/dev/ttyAMA0", each_second=b"\x00\xfd\x5a\x01" * 10)[0][1])
+    )
+
+
+def test_messages_without_an_autopilot_are_said_to_be_that():
+    ground = beat(190, mav.MAV_TYPE_GCS, mav.MAV_AUTOPILOT_INVALID)
+    assert lines_of(1, each_second=ground)[0][1].endswith("but not an autopilot's heartbeat")
+    assert lines_of(1, each_second=ground, system=7)[0][1].endswith("heartbeat from system 7")
+
+
+def test_it_falls_silent_when_a_vehicle_is_heard():
+    autopilot = beat(1, mav.MAV_TYPE_QUADROTOR, mav.MAV_AUTOPILOT_PX4)
+    assert lines_of(2, each_second=autopilot) == []
