@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from dob_companion.cli.run import DEFAULT_LINK
 
 if TYPE_CHECKING:
+    from dob_companion.companion import Event
     from dob_companion.companion.diagnosis import Diagnosis
     from dob_companion.companion.listening import Listening
 
@@ -65,17 +66,20 @@ def run(args: argparse.Namespace) -> int:
         if sys.stderr.isatty() and stage is not Stage.DONE:
             print(f"{url}: {stage.value} …", file=sys.stderr, flush=True)
 
+    def say(event: "Event") -> None:
+        print(event.text, file=sys.stderr, flush=True)
+
     with ExitStack() as leaving:
         link = open_link(url)
         leaving.callback(link.close)
         gate = None
-        signing = open_signing(settings, lambda e: print(e.text, file=sys.stderr), leaving, datagrams=url.datagrams)
+        signing = open_signing(settings, say, leaving, datagrams=url.datagrams)
         if signing is not None:
             gate = signing.gate
             link = SigningLink(link, gate)
         now = time.monotonic()
         listening = Listening(dt, args.seconds, design, now=now, datagrams=url.datagrams, gate=gate)
-        listen(listening, link, tell)
+        listen(listening, link, tell, say)
     diagnosis = diagnose(listening, design)
     if args.json:
         print(json.dumps(_as_json(listening, diagnosis), indent=1))

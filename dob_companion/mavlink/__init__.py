@@ -25,6 +25,7 @@ from dob_companion.mavlink.speaker import (
     Severity,
     Speaker,
     StreamRequest,
+    is_correction,
     rc_stream,
     sitl_streams,
 )
@@ -54,6 +55,7 @@ __all__ = [
     "TimesyncReply",
     "TimesyncRequest",
     "WireCounters",
+    "is_correction",
     "rc_stream",
     "sitl_streams",
 ]

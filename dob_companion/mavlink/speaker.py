@@ -16,11 +16,17 @@ CORRECTION_MESSAGES = ("DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET")
 """The carriers of a correction, by their MAVLink names; the first is the default."""
 
 _CORRECTION_NAME = CORRECTION_NAME.encode()
+_CARRIERS = frozenset((mav.MAVLINK_MSG_ID_DEBUG_VECT, mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET))
 _ONE_BYTE_UNKNOWN, _TEMPERATURE_UNKNOWN, _LINK_UNKNOWN = 255, 127, 0xFFFFFFFF
 
 
 SLOW_INTERVAL_US = 200_000
 """Flight state and RC channels: 5 Hz."""
+
+
+def is_correction(message: bytes) -> bool:
+    """Whether a message of ours carries a correction, so that a newer such message makes it void."""
+    return int.from_bytes(message[7:10], "little") in _CARRIERS
 
 
 class Severity(IntEnum):

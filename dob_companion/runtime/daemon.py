@@ -1,11 +1,9 @@
 """The daemon's loop: one thread, one link, one blocking wait. It owns the clock and the signals."""
 
 import contextlib
-import itertools
 import select
 import signal
 import socket
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -15,18 +13,20 @@ from dob_companion.companion.witness import Witness
 from dob_companion.errors import NoVehicleError
 from dob_companion.mavlink import ComputerLoad, Severity
 from dob_companion.runtime.links import Link
-from dob_companion.runtime.priority import real_time
+from dob_companion.runtime.priority import Warden, real_time
 from dob_companion.runtime.rehearsal import Rehearsal
 
 EXIT_INTERRUPTED = 130
 LONGEST_WAIT_S = 0.2
 """So that a lost connection is noticed and opened again even when nothing else is due."""
 
-MOST_READS = 256
-"""Pieces read in one turn: a flood must not keep the companion from its deadlines."""
+FULL_LINE_WAIT_S = 0.01
+"""The longest wait while something is still to be sent."""
+
+READING_S = 0.004
+"""Time to read in one turn, a sample's: a flood must not keep the companion from its deadlines."""
 
 _LOAD_EVERY_S = 1.0
-
 
 _ENDING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
@@ -46,8 +46,14 @@ class Stop:
 
     @contextlib.contextmanager
     def installed(self) -> Iterator["Stop"]:
-        """Take the ending signals over; give them back at the end."""
-        before = {number: signal.signal(number, self._note) for number in _ENDING}
+        """Take the ending signals over; give them back at the end.
+
+        SIGHUP stays ignored where it was, by `nohup`. SIGINT does not: a shell has it ignored for whatever it starts
+        in the background, and who sends it all the same means it. A terminal set to stop background programs that
+        write to it (`stty tostop`) must not stop us.
+        """
+        before = {number: signal.signal(number, self._note) for number in _ENDING if not _hangup_ignored(number)}
+        before[signal.SIGTTOU] = signal.signal(signal.SIGTTOU, signal.SIG_IGN)
         wakeup = signal.set_wakeup_fd(self._woken.fileno(), warn_on_full_buffer=False)
         try:
             yield self
@@ -67,13 +73,17 @@ class Stop:
         self.signal = self.signal or number
 
 
+def _hangup_ignored(number: int) -> bool:
+    return number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN
+
+
 def serve(
     companion: Companion,
     link: Link,
     *,
     ready: str = "serving",
     timeout_s: float | None = None,
-    on_event: Callable[[Event], None] = lambda event: print(event.text, file=sys.stderr),
+    on_event: Callable[[Event], None],
     on_status: Callable[[Status], None] | None = None,
     status_every_s: float = 0.1,
     on_turn: Callable[[float], None] = lambda _: None,
@@ -89,9 +99,9 @@ def serve(
     give_up_at = started + timeout_s if timeout_s is not None else float("inf")
     next_status = next_load = started
     witness = witness or Witness()
-    with real_time() as scheduling, Stop().installed() as stop:
+    with real_time() as scheduling, Stop().installed() as stop, Warden(scheduling, started).on_duty() as warden:
         on_event(Event.info(scheduling.words))
-        rehearsal = Rehearsal(companion) if scheduling.real_time else None
+        rehearsal = Rehearsal(companion) if scheduling.granted else None
         on_event(Event.info(ready))  # only now does a signal end in a fade
         while not companion.closed:
             now = time.monotonic()
@@ -108,11 +118,11 @@ def serve(
                 on_status(companion.status())
                 next_status = now + status_every_s
             until = min(next_status if on_status else now + LONGEST_WAIT_S, give_up_at)
-            woke = _turn(companion, link, stop, witness, rehearsal, until)
+            woke = _turn(companion, link, stop, witness, rehearsal if scheduling.real_time else None, until)
             took = time.monotonic() - woke
-            for event in companion.events():
+            for event in [*companion.events(), *link.events()]:
                 on_event(event)
-            if trouble := witness.turned(companion, woke, took):
+            for trouble in filter(None, (witness.turned(companion, woke, took), warden.turned(woke + took))):
                 on_event(Event(Severity.WARNING, trouble))
     return EXIT_INTERRUPTED if stop.signal == signal.SIGINT else 0
 
@@ -125,7 +135,7 @@ def _turn(
     Returns when the wait ended.
     """
     now = time.monotonic()
-    until = min(companion.next_deadline(), until, now + LONGEST_WAIT_S)
+    until = min(companion.next_deadline(), until, now + (FULL_LINE_WAIT_S if link.flush() else LONGEST_WAIT_S))
     ends = [end for end in (link, stop) if end.fileno() >= 0]
     ready: list[Link | Stop] = []
     if rehearsal and now < rehearsal.due < until:
@@ -137,7 +147,7 @@ def _turn(
     if stop in ready:
         stop.drain()
     if link in ready:
-        for data in itertools.islice(iter(link.read, None), MOST_READS):
+        for data in pieces(link, now + READING_S):
             companion.receive(data, now)
             witness.received(data, now)
             _flush(companion, link, witness)
@@ -147,6 +157,14 @@ def _turn(
     witness.advanced(now)
     _flush(companion, link, witness)
     return now
+
+
+def pieces(link: Link, until: float) -> Iterator[bytes]:
+    """What has come in, at least a piece, but none after `until`."""
+    while (data := link.read()) is not None:
+        yield data
+        if time.monotonic() >= until:
+            return
 
 
 def _ready(ends: list[Link | Stop], until: float) -> list[Link | Stop]:
@@ -159,8 +177,7 @@ def _flush(companion: Companion, link: Link, witness: Witness) -> None:
     messages = companion.bytes_to_send()
     if messages:
         witness.said(messages)
-        for message in messages:
-            link.write(message)
+        link.write(*messages)
 
 
 def _load(uptime_s: float) -> ComputerLoad:

@@ -2,21 +2,31 @@
 peer goes away: a lost connection is opened again, and what cannot be sent meanwhile is dropped."""
 
 import contextlib
+import errno
 import socket
 import time
-from typing import Protocol
+from collections.abc import Callable
+from typing import Any, Protocol
 
-import serial
-
+from dob_companion.companion import Event
 from dob_companion.errors import LinkBusyError
+from dob_companion.runtime.names import addresses
+from dob_companion.runtime.serial_line import SerialLink
+from dob_companion.runtime.stream import OutgoingLink
+from dob_companion.runtime.tcp import TcpLink
 from dob_companion.runtime.urls import LinkUrl
-
-REOPEN_S = 1.0
-"""Wall time between two attempts to open a lost connection."""
 
 PEER_SILENCE_S = 1.0
 """A UDP peer that has been silent for so long may be replaced by another address."""
 
+MOST_REFUSED = 256
+"""Datagrams of strangers and errors passed over before the loop gets its turn: a flood must not hold it."""
+
+KERNEL_BYTES = 1 << 14
+"""What the kernel may keep for a slow interface. It doubles that and counts half a kilobyte and more a datagram: some
+forty of them, an eighth of a second. By default it would be a second."""
+
+WAITING_BYTES = 1 << 14
 _LARGEST = 65536
 
 
@@ -29,8 +39,17 @@ class Link(Protocol):
     def read(self) -> bytes | None:
         """What has come in, one piece a call; None when there is nothing."""
 
-    def write(self, data: bytes) -> None:
-        """Send one message, or drop it."""
+    def write(self, *messages: bytes) -> None:
+        """Send messages; what the line does not take waits for `flush`, or is dropped, whole (see `Outbox`)."""
+
+    def flush(self) -> bool:
+        """Send what waits; whether something still does. Called in every turn of the loop."""
+
+    def seal_with(self, seal: Callable[[bytes], bytes]) -> None:
+        """Let each message pass through `seal` when its turn to leave has come."""
+
+    def events(self) -> list[Event]:
+        """What the operator should hear of the line since the last call."""
 
     def close(self) -> None:
         """Give the port back."""
@@ -48,7 +67,7 @@ def open_link(url: LinkUrl) -> Link:
     return UdpLink(url)
 
 
-class UdpLink:
+class UdpLink(OutgoingLink):
     """`udpin` listens and answers whoever speaks; `udpout` speaks to one address and hears only it.
 
     A listener answers one peer: the first heard, until that one has been silent, so that a stray datagram from
@@ -56,19 +75,20 @@ class UdpLink:
     """
 
     def __init__(self, url: LinkUrl) -> None:
-        try:
-            family, _, _, _, address = socket.getaddrinfo(url.target, url.number, type=socket.SOCK_DGRAM)[0]
-            self._socket = socket.socket(family, socket.SOCK_DGRAM)
-            self._socket.setblocking(False)
-            if url.scheme == "udpin":
-                self._socket.bind(address)
-                self._peer = None
-            else:
-                self._peer = address
-        except OSError as problem:
-            raise LinkBusyError(f"link {url}: cannot be opened: {problem.strerror}") from None
+        super().__init__(url, WAITING_BYTES)
+        family, address = addresses(url, socket.SOCK_DGRAM)[0]
         self._follows = url.scheme == "udpin"
+        self._peer: Any = None if self._follows else address
         self._heard = 0.0
+        with contextlib.ExitStack() as failing:
+            try:
+                self._socket = failing.enter_context(socket.socket(family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK))
+                self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_BYTES)
+                if self._follows:
+                    self._socket.bind(address)
+            except OSError as problem:
+                raise LinkBusyError(f"link {url}: cannot be opened: {problem.strerror}") from None
+            failing.pop_all()
 
     def fileno(self) -> int:
         """The socket's descriptor."""
@@ -76,7 +96,7 @@ class UdpLink:
 
     def read(self) -> bytes | None:
         """One datagram of the peer."""
-        while True:
+        for _ in range(MOST_REFUSED):
             try:
                 data, sender = self._socket.recvfrom(_LARGEST)
             except BlockingIOError:
@@ -85,18 +105,26 @@ class UdpLink:
                 continue
             if self._accepts(sender):
                 return data
-
-    def write(self, data: bytes) -> None:
-        """Send one datagram to the peer, if one is known."""
-        if self._peer is not None:
-            try:  # not `suppress`: three calls more between an answer and its way out
-                self._socket.sendto(data, self._peer)
-            except OSError:
-                return
+        return None
 
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
+
+    def _up(self) -> bool:
+        return self._peer is not None
+
+    def _room(self) -> int:
+        return _LARGEST
+
+    def _send(self, data: bytes) -> int:
+        try:
+            return self._socket.sendto(data, self._peer)
+        except OSError as problem:  # no route, nobody there: a datagram lost; no room: it waits
+            return 0 if problem.errno in (errno.EAGAIN, errno.ENOBUFS) else len(data)
+
+    def _fail(self, problem: OSError) -> None:
+        raise problem  # `_send` lets none pass
 
     def _accepts(self, sender: tuple[str, int]) -> bool:
         if not self._follows:
@@ -108,114 +136,3 @@ class UdpLink:
             self._peer = sender
         self._heard = now
         return True
-
-
-class TcpLink:
-    """A client's connection, opened again when it is lost."""
-
-    def __init__(self, url: LinkUrl) -> None:
-        self._url = url
-        self._socket: socket.socket | None = None
-        self._retry_at = 0.0
-        self._open()
-
-    def fileno(self) -> int:
-        """The connection's descriptor, -1 while there is none."""
-        if self._socket is None:
-            self._open()
-        return self._socket.fileno() if self._socket else -1
-
-    def read(self) -> bytes | None:
-        """The next piece of the stream."""
-        if self._socket is None:
-            return None
-        try:
-            data = self._socket.recv(_LARGEST)
-        except BlockingIOError:
-            return None
-        except OSError:
-            data = b""
-        if not data:
-            self.close()
-            return None
-        return data
-
-    def write(self, data: bytes) -> None:
-        """Send whole messages only: a peer that does not keep up loses the connection, not half a message."""
-        if self._socket is None:
-            return
-        try:
-            if self._socket.send(data) < len(data):
-                self.close()
-        except BlockingIOError:
-            pass
-        except OSError:
-            self.close()
-
-    def close(self) -> None:
-        """Drop the connection; the next `fileno` opens it again."""
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
-
-    def _open(self) -> None:
-        if time.monotonic() < self._retry_at:
-            return
-        self._retry_at = time.monotonic() + REOPEN_S
-        try:
-            self._socket = socket.create_connection((self._url.target, self._url.number), timeout=REOPEN_S)
-            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._socket.setblocking(False)
-        except OSError:
-            self._socket = None
-
-
-class SerialLink:
-    """A serial line, opened again when the device comes back."""
-
-    def __init__(self, url: LinkUrl) -> None:
-        self._url = url
-        self._port: serial.Serial | None = None
-        self._retry_at = 0.0
-        try:
-            self._port = self._opened()
-        except (serial.SerialException, OSError, ValueError) as problem:
-            raise LinkBusyError(f"link {url}: cannot be opened: {problem}") from None
-
-    def fileno(self) -> int:
-        """The device's descriptor, -1 while it is gone."""
-        if self._port is None and time.monotonic() >= self._retry_at:
-            self._retry_at = time.monotonic() + REOPEN_S
-            with contextlib.suppress(serial.SerialException, OSError):
-                self._port = self._opened()
-        return int(self._port.fileno()) if self._port else -1
-
-    def read(self) -> bytes | None:
-        """The bytes that have come in."""
-        if self._port is None:
-            return None
-        try:
-            return self._port.read(_LARGEST) or None
-        except (serial.SerialException, OSError):
-            self.close()
-            return None
-
-    def write(self, data: bytes) -> None:
-        """Queue a message for the line."""
-        if self._port is None:
-            return
-        try:
-            self._port.write(data)
-        except serial.SerialTimeoutException:
-            pass
-        except (serial.SerialException, OSError):
-            self.close()
-
-    def close(self) -> None:
-        """Give the device back; the next `fileno` opens it again."""
-        if self._port is not None:
-            self._port.close()
-            self._port = None
-
-    def _opened(self) -> serial.Serial:
-        return serial.Serial(self._url.target, self._url.number, timeout=0, write_timeout=0, exclusive=True)

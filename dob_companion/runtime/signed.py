@@ -1,7 +1,9 @@
 """Links with MAVLink 2 signing: what goes out is signed, and only what is rightly signed comes in."""
 
 import time
+from collections.abc import Callable
 
+from dob_companion.companion import Event
 from dob_companion.mavlink.signing import SigningGate, ticks
 from dob_companion.runtime.links import Link
 
@@ -13,12 +15,13 @@ class SigningLink:
     """A `Link` around another that signs what goes out and lets everything in, for who judges it by himself.
 
     The computer's clock gives the timestamps as long as it runs forwards; the gate keeps them increasing when it does
-    not.
+    not. A message is signed when it leaves, not when it is written: a receiver refuses timestamps that go back.
     """
 
     def __init__(self, link: Link, gate: SigningGate) -> None:
         self._link = link
         self._gate = gate
+        link.seal_with(lambda message: gate.sign(message, ticks(time.time())))
 
     def fileno(self) -> int:
         """See `Link`."""
@@ -28,9 +31,21 @@ class SigningLink:
         """See `Link`."""
         return self._link.read()
 
-    def write(self, data: bytes) -> None:
-        """Sign one message and send it."""
-        self._link.write(self._gate.sign(data, ticks(time.time())))
+    def write(self, *messages: bytes) -> None:
+        """See `Link`."""
+        self._link.write(*messages)
+
+    def flush(self) -> bool:
+        """See `Link`."""
+        return self._link.flush()
+
+    def seal_with(self, seal: Callable[[bytes], bytes]) -> None:
+        """See `Link`; what was there is replaced, signatures included."""
+        self._link.seal_with(seal)
+
+    def events(self) -> list[Event]:
+        """See `Link`."""
+        return self._link.events()
 
     def close(self) -> None:
         """See `Link`."""
