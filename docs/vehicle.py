@@ -52,7 +52,7 @@ rate error. Pitch has (12). Roll and yaw have what their authority allows; the p
 
 {loops}
 
-The mixer (`sitl/autopilot/mixer.py`) asks each rotor for {share:.3g} of its full thrust per unit of torque: full scale is far beyond the
+The mixer (`sitl/airframe/mixer.py`) asks each rotor for {share:.3g} of its full thrust per unit of torque: full scale is far beyond the
 rotors, as the gain of (11) says. What gives way first is thrust, then yaw, then roll and pitch together: PX4's air mode
 on all axes. u_e is what is left. Around it a cascade holds position (lean up to 45°) and altitude, with integrals for
 wind, payload and battery. In scenarios with the event `feed_forward` the lean that holds position turns smoothly (two lags
