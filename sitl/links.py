@@ -7,20 +7,31 @@ from typing import Protocol
 
 from sitl.errors import LinkBusyError, LinkUrlError
 
-_URL = re.compile(r"(?P<scheme>udpin|udpout|tcp):(?://)?(?P<host>\[[^\]]+\]|[^:/\[\]]+):(?P<port>\d{1,5})$")
+_URL = re.compile(
+    r"(?P<scheme>udpin|udpout|udp|tcpin|tcp):(?://)?(?:(?P<host>\[[^\]]+\]|[^:/\[\]]+)?:)?(?P<port>\d{1,5})$"
+)
+_SAME = {"udp": "udpin", "tcpin": "tcp"}
+"""As MAVProxy and MAVSDK call them; our `tcp` listens."""
+_OTHER = {"udpin": "udpout", "udpout": "udpin", "tcp": "tcp"}
 RECEIVE = 65536
 
 
 def parse_url(url: str) -> tuple[str, str, int]:
-    """Scheme, host and port of `udpin:HOST:PORT`, `udpout:…`, `tcp:…` or their `scheme://` spelling.
-
-    Raises LinkUrlError.
+    """Scheme, host and port of `udpin:HOST:PORT`, `udpout:…`, `tcp:…` or their `scheme://` spelling; without a host
+    it is loopback. Raises LinkUrlError.
     """
     match = _URL.match(url)
     port = int(match["port"]) if match else 0
     if match is None or not 0 < port < 65536:
         raise LinkUrlError(f"link {url!r}: expected udpin:HOST:PORT, udpout:HOST:PORT or tcp:HOST:PORT")
-    return match["scheme"], match["host"].strip("[]"), port
+    return _SAME.get(match["scheme"], match["scheme"]), (match["host"] or "127.0.0.1").strip("[]"), port
+
+
+def other_end(url: str) -> str:
+    """The URL by which a companion or a ground station meets the link that `url` names."""
+    scheme, host, port = parse_url(url)
+    host = f"[{host}]" if ":" in host else host
+    return f"{_OTHER[scheme]}:{host}:{port}"
 
 
 class Link(Protocol):
@@ -168,7 +179,7 @@ def wait(links: dict[str, Link], timeout: float) -> list[tuple[str, bytes]]:
 def _resolve(url: str, host: str, port: int, kind: socket.SocketKind):  # type: ignore[no-untyped-def]
     try:
         return socket.getaddrinfo(host, port, type=kind)[0]
-    except OSError as error:
+    except (OSError, UnicodeError) as error:  # UnicodeError: a label of a name that is empty or too long
         raise LinkUrlError(f"link {url!r}: host {host!r} cannot be resolved: {error}") from None
 
 

@@ -7,27 +7,27 @@ from collections.abc import Sequence
 from types import ModuleType
 
 from dob_companion import __version__
+from dob_companion.cli.extras import remedy
 from dob_companion.errors import DobError, InputError
 
 EXIT_INTERRUPTED = 130
 
-_EXTRA_OF = {"cvxpy": "design", "clarabel": "design", "control": "design", "scipy": "design", "matplotlib": "design"}
-_EXTRA_OF |= {"jinja2": "design", "mavsdk": "mavsdk", "rich": "view", "sitl": "sitl"}
-
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command. Returns its exit code (docs/interfaces.md): 0, 1, 2 or 130."""
+    command = ""
     try:
         args = parser().parse_args(argv)
+        command = args.command
         code: int = args.run(args)
         sys.stdout.flush()
     except DobError as problem:
         return _complain(str(problem), problem.exit_code)
     except ModuleNotFoundError as missing:
-        extra = _EXTRA_OF.get((missing.name or "").partition(".")[0])
-        if extra is None:
+        what = remedy(missing, command)
+        if what is None:
             raise
-        return _complain(f"{missing.name} is not installed: pip install 'dob-companion[{extra}]'", InputError.exit_code)
+        return _complain(what, InputError.exit_code)
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone, as in `… | head`

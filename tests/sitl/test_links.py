@@ -1,12 +1,13 @@
 """Link URLs, sockets, and the schedule of real time."""
 
 import itertools
+import re
 import socket
 
 import pytest
 
 from sitl.errors import LinkBusyError, LinkUrlError
-from sitl.links import Link, open_link, parse_url, wait
+from sitl.links import Link, open_link, other_end, parse_url, wait
 from sitl.pace import CATCH_UP, Pace
 
 DT = 0.004
@@ -33,16 +34,35 @@ def test_both_spellings_of_a_link_are_read(scheme, slashes):
 
 
 @pytest.mark.parametrize(
-    "url", ["", "udp:127.0.0.1:1", "udpin:127.0.0.1", "udpin:127.0.0.1:0", "tcp:h:70000", "udpin:::1", "udpout:h:1x"]
+    ("url", "found"),
+    [
+        ("udp:0.0.0.0:14550", ("udpin", "0.0.0.0", 14550)),
+        ("udp://:14540", ("udpin", "127.0.0.1", 14540)),
+        ("udpout:14540", ("udpout", "127.0.0.1", 14540)),
+        ("tcpin:127.0.0.1:5760", ("tcp", "127.0.0.1", 5760)),
+    ],
+)
+def test_the_spellings_of_other_programs_are_read_and_no_host_is_loopback(url, found):
+    assert parse_url(url) == found
+
+
+@pytest.mark.parametrize("url", ["udpin:127.0.0.1:14540", "udpout:[::1]:14540", "tcp:127.0.0.1:5760"])
+def test_the_other_end_of_the_other_end_is_the_link_itself(url):
+    assert other_end(other_end(url)) == url
+
+
+@pytest.mark.parametrize(
+    "url", ["", "upd:127.0.0.1:1", "udpin:127.0.0.1", "udpin:127.0.0.1:0", "tcp:h:70000", "udpin:::1", "udpout:h:1x"]
 )
 def test_anything_else_is_no_link(url):
     with pytest.raises(LinkUrlError, match="expected udpin:HOST:PORT"):
         parse_url(url)
 
 
-def test_a_host_that_nobody_knows_is_named():
-    with pytest.raises(LinkUrlError, match=r"no-such-host\.invalid"):
-        open_link("udpout:no-such-host.invalid:14540")
+@pytest.mark.parametrize("host", ["no-such-host.invalid", "two..dots", "x" * 64 + ".invalid"])
+def test_a_host_that_nobody_knows_is_named(host):
+    with pytest.raises(LinkUrlError, match=re.escape(host)):
+        open_link(f"udpout:{host}:14540")
 
 
 @pytest.mark.parametrize(("scheme", "kind"), [("udpin", socket.SOCK_DGRAM), ("tcp", socket.SOCK_STREAM)])

@@ -120,6 +120,26 @@ def test_without_a_companion_lockstep_ends_after_its_timeout():
     assert "no answer to sample 0 for 0.5 s" in err
 
 
+def test_lockstep_says_what_it_waits_for_and_how_to_start_it():
+    with Sitl(*LOCKSTEP, "--timeout", "2.5") as sitl:
+        sitl.answering = False
+        _, err = sitl.finish()
+        port = sitl.companion.socket.getsockname()[1]
+    assert f"sitl: waiting for a companion: dob-companion run --design FILE --link udpin:127.0.0.1:{port}\n" in err
+
+
+def test_what_a_scenario_is_can_be_asked_without_flying_it():
+    def about(name):
+        asked = [sys.executable, "-m", "sitl", name, "--about"]
+        return subprocess.run(asked, capture_output=True, text=True, check=False)
+
+    dryden, calm = (json.loads(about(name).stdout) for name in ("dryden", "calm"))
+    assert (dryden["scenario"], dryden["airframe"], dryden["checks"]) == ("dryden", "tailsitter", 6)
+    assert dryden["seconds"] == pytest.approx(2 * 40 + 15, abs=10)
+    assert (calm["seconds"], calm["checks"]) == (None, 0)
+    assert about("drydne").returncode == 2
+
+
 def test_a_companion_that_falls_silent_ends_a_lockstep_flight():
     with Sitl(*LOCKSTEP) as sitl:
         sitl.run(lambda: len(sitl.pairs) > 500)
@@ -185,7 +205,7 @@ def run_once(*arguments: str) -> tuple[int, str]:
     [
         (("papper",), "did you mean 'paper'"),
         (("nowhere.toml",), "nowhere.toml"),
-        (("--link", "udp:127.0.0.1:1"), "expected udpin:HOST:PORT"),
+        (("--link", "upd:127.0.0.1:1"), "expected udpin:HOST:PORT"),
         (("--gcs", "tcp:127.0.0.1"), "expected udpin:HOST:PORT"),
         (("--seed", "-1"), "--seed"),
         (("-o", __file__), "expected a directory"),
