@@ -9,6 +9,7 @@ from pathlib import Path
 
 from sitl.attitude import Vector
 from sitl.calibration import disturbance_scale
+from sitl.console import program
 from sitl.errors import FlightFailedError, InputError, SitlError
 from sitl.extras import remedy
 from sitl.flight import Flight
@@ -77,6 +78,7 @@ def _seconds(text: str) -> float:
     return value
 
 
+@program("sitl")
 def main(arguments: list[str] | None = None) -> int:
     """Run; returns the exit code."""
     options = parser().parse_args(arguments)

@@ -62,5 +62,5 @@ def write_bytes(path: Path, data: bytes) -> None:
         raise InputError(f"{path}: cannot be written: {problem.strerror}") from None
     finally:
         if temporary is not None:
-            with contextlib.suppress(FileNotFoundError):
+            with contextlib.suppress(OSError):  # gone as it should be, or the disk with it
                 Path(temporary).unlink()

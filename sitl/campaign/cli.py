@@ -13,6 +13,7 @@ from sitl.campaign import fleet
 from sitl.campaign.keys import read
 from sitl.campaign.pilot import Row, fly, row_of
 from sitl.campaign.progress import Progress
+from sitl.console import program
 from sitl.errors import InputError, SitlError
 from sitl.extras import remedy
 from sitl.result import write
@@ -83,6 +84,7 @@ def replay_parser() -> argparse.ArgumentParser:
     return p
 
 
+@program("campaign")
 def main(arguments: list[str] | None = None) -> int:
     """Run; returns the exit code."""
     given = sys.argv[1:] if arguments is None else arguments

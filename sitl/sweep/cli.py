@@ -5,6 +5,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from sitl.console import program
 from sitl.errors import InputError, SitlError
 from sitl.extras import remedy
 from sitl.scenario.tables import AXES
@@ -56,6 +57,7 @@ def parser() -> argparse.ArgumentParser:
     return p
 
 
+@program("sweep")
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code, prints one line for anything raised on purpose."""
     options = parser().parse_args(arguments)
