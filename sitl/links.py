@@ -3,6 +3,7 @@
 import re
 import select
 import socket
+from collections import deque
 from typing import Protocol
 
 from sitl.errors import LinkBusyError, LinkUrlError
@@ -14,6 +15,12 @@ _SAME = {"udp": "udpin", "tcpin": "tcp"}
 """As MAVProxy and MAVSDK call them; our `tcp` listens."""
 _OTHER = {"udpin": "udpout", "udpout": "udpin", "tcp": "tcp"}
 RECEIVE = 65536
+
+MOST_DATAGRAMS = 256
+"""Taken at once: whoever floods a link must not stop the clock."""
+
+WAITING = 1 << 16
+"""Bytes kept for a client that does not keep up."""
 
 
 def parse_url(url: str) -> tuple[str, str, int]:
@@ -73,15 +80,16 @@ class UdpLink:
     def receive(self) -> list[bytes]:
         """See `Link`."""
         out: list[bytes] = []
-        while True:
+        for _ in range(MOST_DATAGRAMS):
             try:
                 data, source = self._socket.recvfrom(RECEIVE)
             except OSError:
-                return out
+                break
             if not self._fixed:
                 self._peer = source
             if source == self._peer:
                 out.append(data)
+        return out
 
     def send(self, datagram: bytes) -> None:
         """See `Link`."""
@@ -107,6 +115,8 @@ class TcpLink:
         self._listener.listen(1)
         self._listener.setblocking(False)
         self._client: socket.socket | None = None
+        self._waiting: deque[bytes] = deque()
+        self._begun = False
 
     def sockets(self) -> list[socket.socket]:
         """See `Link`."""
@@ -115,6 +125,7 @@ class TcpLink:
     def receive(self) -> list[bytes]:
         """See `Link`."""
         self._accept()
+        self._pass_on()
         if self._client is None:
             return []
         try:
@@ -139,20 +150,35 @@ class TcpLink:
         self._client = client
 
     def send(self, datagram: bytes) -> None:
-        """See `Link`; a client that does not keep up is dropped, for half a message would garble the stream."""
-        if self._client is None:
-            return
+        """See `Link`; for a client that does not keep up the oldest datagrams are lost, each whole, since a part of one
+        would garble the stream."""
+        if self._client is not None:
+            self._waiting.append(datagram)
+            while len(self._waiting) > 1 + self._begun and sum(map(len, self._waiting)) > WAITING:
+                del self._waiting[int(self._begun)]
+            self._pass_on()
+
+    def _pass_on(self) -> None:
         try:
-            whole = self._client.send(datagram) == len(datagram)
+            while self._waiting and self._client is not None:
+                data = self._waiting[0]
+                sent = self._client.send(data)
+                self._begun = sent < len(data)
+                if self._begun:
+                    self._waiting[0] = data[sent:]
+                else:
+                    self._waiting.popleft()
+        except BlockingIOError:
+            return
         except OSError:
-            whole = False
-        if not whole:
             self._drop()
 
     def _drop(self) -> None:
         if self._client is not None:
             self._client.close()
             self._client = None
+        self._waiting.clear()
+        self._begun = False
 
     def close(self) -> None:
         """See `Link`."""

@@ -1,7 +1,5 @@
 """The two loops that own clock and sockets: real time and lockstep."""
 
-import contextlib
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,6 +10,7 @@ from sitl.constants import DT_US
 from sitl.errors import FlightFailedError
 from sitl.links import Link, wait
 from sitl.pace import Pace
+from sitl.priority import RealTime
 from sitl.scenario.script import Phase
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 
@@ -31,9 +30,6 @@ STATUS_S = 5.0
 
 REMIND_S = 2.0
 """In lockstep, a companion that is not there is asked for after this much wall time, and again each STATUS_S."""
-
-REAL_TIME_PRIORITY = 21
-"""SCHED_FIFO priority of the real-time clock where it is granted: an autopilot's clock does not wait its turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,20 +124,20 @@ class Loop:
 
 def fly_real_time(loop: Loop) -> int:
     """Fly on the wall clock until complete or stopped; returns the number of overruns. Raises FlightFailedError."""
-    with contextlib.suppress(OSError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REAL_TIME_PRIORITY))
-    pace = Pace(DT_US * 1e-6, monotonic())
-    while loop.running:
-        now = monotonic()
-        if now < pace.due:
-            loop.serve(pace.due)
-            continue
-        loop.serve(now)  # answers that have arrived by now act in this sample
-        loop.step()
-        pace.flown(now)
-    last_call = monotonic() + LAST_ANSWER_S
-    while not loop.stopped and not loop.endpoint.newest_answered and monotonic() < last_call:
-        loop.serve(last_call)
+    with RealTime(say).taken() as real_time:
+        pace = Pace(DT_US * 1e-6, monotonic())
+        while loop.running:
+            now = monotonic()
+            if now < pace.due:
+                loop.serve(pace.due)
+                continue
+            loop.serve(now)  # answers that have arrived by now act in this sample
+            loop.step()
+            pace.flown(now)
+            real_time.keep()
+        last_call = monotonic() + LAST_ANSWER_S
+        while not loop.stopped and not loop.endpoint.newest_answered and monotonic() < last_call:
+            loop.serve(last_call)
     return pace.overruns
 
 

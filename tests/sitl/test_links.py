@@ -11,6 +11,8 @@ from sitl.links import Link, open_link, other_end, parse_url, wait
 from sitl.pace import CATCH_UP, Pace
 
 DT = 0.004
+MANY = 10_000
+"""Kilobytes: more than the kernel keeps for a client that does not read."""
 
 
 def free_port(kind: int = socket.SOCK_DGRAM) -> int:
@@ -122,6 +124,25 @@ def test_tcp_serves_one_client_after_another():
             link.send(b"back")
             assert client.recv(100) == b"back"
         assert wait({"it": link}, 5.0) == []  # the end of the stream
+    link.close()
+
+
+def test_a_tcp_client_that_does_not_keep_up_misses_whole_datagrams_and_keeps_its_connection():
+    port = free_port(socket.SOCK_STREAM)
+    link = open_link(f"tcp:127.0.0.1:{port}")
+    with socket.create_connection(("127.0.0.1", port), timeout=5.0) as client:
+        client.sendall(b"here")
+        assert receive(link) == b"here"
+        for k in range(MANY):
+            link.send(f"{k:999}\n".encode())
+        text = b""
+        while not text.endswith(f"{MANY - 1:999}\n".encode()):
+            text += client.recv(1 << 16)
+            link.receive()
+    numbers = [int(row) for row in text.decode().splitlines()]
+    assert all(len(row) == 999 for row in text.decode().splitlines())
+    assert numbers == sorted(set(numbers))
+    assert len(numbers) < MANY
     link.close()
 
 

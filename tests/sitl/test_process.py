@@ -1,6 +1,7 @@
 """The simulated vehicle as a process, over real sockets, with a companion that answers zeros."""
 
 import json
+import shlex
 import signal
 import socket
 import subprocess
@@ -84,6 +85,31 @@ def test_the_ground_station_is_told_how_the_flight_goes(tmp_path):
         sitl.finish()
         expected = ["hover reached", "window off", "waiting for DOB_ENABLE=1", "window on", "flight complete"]
         assert list(dict.fromkeys(sitl.texts)) == [f"sitl: {t}" for t in expected]
+
+
+def test_a_flight_whose_notes_nobody_reads_any_more_is_flown_to_its_end(tmp_path):
+    with Sitl(short_scenario(tmp_path), *LOCKSTEP, "-o", str(tmp_path / "out")) as sitl:
+        sitl.process.stderr.close()
+        sitl.run()
+        assert sitl.process.wait(20) == 0
+        sitl.process.stderr = None
+    assert json.loads((tmp_path / "out" / "result.json").read_text())["samples"] == 500
+
+
+@pytest.mark.parametrize(
+    ("redirection", "code", "err"),
+    [
+        ("| true", 0, ""),
+        (">&- 2>&-", 0, ""),
+        ("> /dev/full", 1, "sitl: standard output cannot be written: No space left on device\n"),
+    ],
+)
+def test_a_result_that_nobody_reads_is_no_error_and_one_that_is_lost_is(redirection, code, err):
+    command = f"{shlex.quote(sys.executable)} -m sitl calm --about {redirection}"
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stderr) == (code, err)
 
 
 def test_in_real_time_it_flies_the_same_scenario(tmp_path):
