@@ -380,10 +380,12 @@ class Companion:
 
     def _say_what_is_waited_for(self, now: float) -> None:
         state = self.loop.state
-        if state is not State.WAITING and state is not State.TRACKING:
+        if state in (State.WAITING, State.TRACKING):
+            why = self._waiting.news(self.loop.why, now)
+            if why:
+                self._say(Severity.NOTICE, f"DOB {state.name}: {why}")
+        elif state is not State.RAMP_OUT:  # whose reason has just been said
             self._waiting.over()
-        elif why := self._waiting.news(self.loop.why, now):
-            self._say(Severity.NOTICE, f"DOB {state.name}: {why}")
 
     def _say(self, severity: Severity, text: str) -> None:
         self._out.append(self._speaker.text(severity, text))

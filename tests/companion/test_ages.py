@@ -64,6 +64,20 @@ def test_a_flight_state_that_is_no_longer_told_fades_it_out_until_it_is_told_aga
     plane.until(State.ACTIVE)
 
 
+def test_why_nothing_is_injected_is_said_once_for_each_reason_and_again_after_it_was_injected():
+    plane = aircraft().active()
+    reasons = []
+    for thrust, seconds in ((0.01, 10.0), (0.5, 3.0), (0.02, 10.0)):
+        plane.thrust = thrust
+        fly(plane, seconds)
+        reasons.append([text for text in texts(plane.said) if "throttle" in text])
+        plane.said.clear()
+    assert reasons == [["DOB RAMP_OUT: throttle below 0.05"], [], ["DOB RAMP_OUT: throttle below 0.05"]]
+    plane.armed = False
+    fly(plane, 10.0)
+    assert [text for text in texts(plane.said) if "armed" in text] == ["DOB TRACKING: not armed"]
+
+
 def test_what_a_vehicle_said_before_its_clock_restarted_holds_no_more():
     plane = aircraft()
     plane.flight = IN_AIR
