@@ -3,7 +3,6 @@
 from dob_companion.artifact.codec import SCHEMA, dumps, loads, sha256_of
 from dob_companion.artifact.design import AXES, Certificate, DobBlock, DobDesign, Problem, StateSpaceData
 from dob_companion.artifact.flyable import check_flyable
-from dob_companion.artifact.words import certificate_object, certificate_table, design_table
 
 __all__ = [
     "AXES",
@@ -13,10 +12,7 @@ __all__ = [
     "DobDesign",
     "Problem",
     "StateSpaceData",
-    "certificate_object",
-    "certificate_table",
     "check_flyable",
-    "design_table",
     "dumps",
     "loads",
     "sha256_of",

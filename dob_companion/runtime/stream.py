@@ -23,16 +23,11 @@ class OutgoingLink:
         self._told, self._tell_at = 0, 0.0
 
     def write(self, *messages: bytes) -> None:
-        """Send messages in order. What the line does not take waits, the newest correction first, or is dropped."""
-        if not messages or not self._up():
-            return
-        try:
-            room = self._room()
+        """Send messages, whole and the corrections first; what the line does not take waits, or is dropped."""
+        if self._up():
             for message in messages:
                 self._outbox.put(message)
-                room -= self._outbox.flush(self._send, room)
-        except OSError as problem:
-            self._fail(problem)
+            self.flush()
 
     def flush(self) -> bool:
         """Send what waits, as far as the line takes it; whether something still waits."""

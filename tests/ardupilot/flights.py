@@ -1,0 +1,167 @@
+"""Fly a design in ArduCopter's simulator, without and with it in one flight, and say what it was worth:
+
+    DOB_ARDUCOPTER=/path/to/arducopter python -m tests.ardupilot.flights design.json -o DIR [PROGRAM…]
+
+Linux only, and root or user namespaces: simulator, companion and ground station run in a network of their own.
+Prints a table; DIR gets result.json and the telemetry log of the ground station's link.
+"""
+
+import argparse
+import json
+import math
+import os
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tests.ardupilot.simulator import Ground, companion, copter, in_namespace
+
+AXES = ("roll", "pitch", "yaw")
+UNIT = {"roll": 316.0, "pitch": 307.5, "yaw": 14.0}
+"""Angular acceleration of a unit of normalized torque, rad/s²: examples/ardupilot_copter.toml."""
+
+ACTIVE = 4
+UPDATE_S = 0.04
+SKIPPED_S = 2.0
+LARGEST_TWIST_MS = 2_000_000_000
+
+
+@dataclass(frozen=True)
+class Program:
+    """A disturbance, angular acceleration in rad/s² about some axes, and how long each window is."""
+
+    axes: tuple[str, ...]
+    amplitude: float
+    shape: str
+    window_s: float = 20.0
+
+
+PROGRAMS = {
+    "calm": Program(AXES, 0.0, "sine"),
+    "sine-roll": Program(("roll",), 6.0, "sine"),
+    "sine-pitch": Program(("pitch",), 6.0, "sine"),
+    "noise-roll": Program(("roll",), 6.0, "noise", 30.0),
+    "noise-pitch": Program(("pitch",), 6.0, "noise", 30.0),
+    "noise-yaw": Program(("yaw",), 1.5, "noise", 30.0),
+    "step-roll": Program(("roll",), 6.0, "step", 10.0),
+    "step-pitch": Program(("pitch",), 6.0, "step", 10.0),
+    "step-yaw": Program(("yaw",), 1.0, "step", 10.0),
+}
+
+
+def signal(program: Program, seconds: float) -> np.ndarray:
+    """The disturbance, a value for each UPDATE_S."""
+    n = math.ceil(seconds / UPDATE_S)
+    t = np.arange(n) * UPDATE_S
+    if program.shape == "sine":
+        return program.amplitude * np.sin(2 * math.pi * 0.5 * t)
+    if program.shape == "step":
+        return np.full(n, program.amplitude)
+    pole = math.exp(-2 * math.pi * 1.0 * UPDATE_S)  # white noise through a 1 Hz low-pass
+    noise, value = np.random.default_rng(7).standard_normal(n), 0.0
+    values = []
+    for w in noise:
+        value = pole * value + math.sqrt(1 - pole * pole) * w
+        values.append(program.amplitude * value)
+    return np.array(values)
+
+
+def window(ground: Ground, program: Program) -> dict[str, dict[str, float]]:
+    """Disturb for the length of a window; RMS and peak of the attitude, deg, and the mean estimate."""
+    values = signal(program, SKIPPED_S + program.window_s)
+    begin, counted = time.monotonic(), len(ground.attitudes)
+    told = len(ground.telemetry)
+    for i, value in enumerate(values):
+        for axis in program.axes:
+            ground.write(f"SIM_TWIST_{'XYZ'[AXES.index(axis)]}", float(value))
+        if i * UPDATE_S < SKIPPED_S:
+            counted, told = len(ground.attitudes), len(ground.telemetry)
+        time.sleep(max(0.0, begin + (i + 1) * UPDATE_S - time.monotonic()))
+    attitudes = np.unwrap(np.array(ground.attitudes[counted:])[:, 1:], axis=0)
+    telemetry = np.array(ground.telemetry[told:] or [[math.nan] * 10])
+    for axis in program.axes:
+        ground.set(f"SIM_TWIST_{'XYZ'[AXES.index(axis)]}", 0.0)
+    found = {}
+    for i, axis in enumerate(AXES):
+        angle = np.degrees(attitudes[:, i] - attitudes[:, i].mean())
+        found[axis] = {
+            "rms": float(np.sqrt(np.mean(angle**2))),
+            "peak": float(np.max(np.abs(angle))),
+            "estimate": float(telemetry[:, 1 + i].mean()),
+        }
+    return found
+
+
+def fly(ground: Ground, names: list[str]) -> list[dict]:
+    """Each program without and with the observer, in the air."""
+    ground.set("SIM_TWIST_TIME", LARGEST_TWIST_MS)
+    rows = []
+    for name in names:
+        program = PROGRAMS[name]
+        off = window(ground, program)
+        ground.set("DOB_ENABLE", 1.0, component=191)
+        ground.wait("ACTIVE", lambda: bool(ground.telemetry) and ground.telemetry[-1][7] == ACTIVE, 20.0)
+        texts = len(ground.texts)
+        on = window(ground, program)
+        said = [text for _, _, text in ground.texts[texts:] if "DOB" in text]
+        ground.set("DOB_ENABLE", 0.0, component=191)
+        time.sleep(1.0)
+        rows += [
+            {
+                "program": name,
+                "axis": axis,
+                "rms_off": off[axis]["rms"],
+                "rms_on": on[axis]["rms"],
+                "peak_off": off[axis]["peak"],
+                "peak_on": on[axis]["peak"],
+                "estimate_off": off[axis]["estimate"],
+                "estimate_on": on[axis]["estimate"],
+                "true": program.amplitude / UNIT[axis] if program.shape == "step" else None,
+                "said": said,
+            }
+            for axis in program.axes
+        ]
+        print(line(rows[-len(program.axes)]), flush=True)
+    return rows
+
+
+def line(row: dict) -> str:
+    """One row of the table."""
+    return (
+        f"{row['program']:12} {row['axis']:6} RMS {row['rms_off']:6.3f}° -> {row['rms_on']:7.4f}° "
+        f"({row['rms_off'] / row['rms_on']:5.1f}x)  peak {row['peak_off']:5.2f}° -> {row['peak_on']:5.2f}°  "
+        f"d_hat {row['estimate_off']:.5f} {row['estimate_on']:.5f}  {'; '.join(row['said'])}"
+    )
+
+
+def main() -> None:
+    """Enter the namespace, then fly."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("design", type=Path)
+    parser.add_argument("-o", type=Path, required=True, metavar="DIR")
+    parser.add_argument("program", nargs="*", choices=[*PROGRAMS], metavar="PROGRAM")
+    arguments = parser.parse_intermixed_args()
+    if "DOB_FLIGHT_INSIDE" not in os.environ:
+        command = in_namespace("-m", "tests.ardupilot.flights", *sys.argv[1:])
+        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    directory = arguments.o.resolve()
+    directory.mkdir(parents=True, exist_ok=True)
+    with copter(Path(os.environ["DOB_ARDUCOPTER"]), directory):
+        ground = Ground(directory / "ground.tlog")
+        try:
+            with companion(arguments.design.resolve(), directory, "--record", directory / "record"):
+                ground.fly()
+                time.sleep(5.0)
+                rows = fly(ground, arguments.program or list(PROGRAMS))
+        finally:
+            (directory / "texts.json").write_text(json.dumps(ground.texts, indent=1))
+            ground.close()
+    (directory / "result.json").write_text(json.dumps(rows, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
