@@ -12,6 +12,7 @@
     └── RefusedError                         it began; the answer is no    exit 1
         ├── UnsolvableError (ArithmeticError)  no observer exists for this problem
         ├── NotCertifiedError (ArithmeticError)  one was found but its proof failed
+        ├── NotConvergedError (ArithmeticError)  a search did not reach its accuracy
         ├── NoVehicleError (TimeoutError)    nobody answered in time
         └── FlightFailedError (RuntimeError) a flight did not reach its end
 
@@ -64,6 +65,10 @@ class UnsolvableError(RefusedError, ArithmeticError):
 
 class NotCertifiedError(RefusedError, ArithmeticError):
     """An observer was computed but did not pass its own certificate."""
+
+
+class NotConvergedError(RefusedError, ArithmeticError):
+    """A search or iteration ended short of its accuracy: there is no number rather than a wrong one."""
 
 
 class NoVehicleError(RefusedError, TimeoutError):

@@ -16,9 +16,9 @@ from dob_companion.artifact.design import (
     DobBlock,
     DobDesign,
     Problem,
-    StateSpaceData,
 )
 from dob_companion.errors import DesignFileError
+from dob_companion.lti.statespace import StateSpaceData
 
 SCHEMA = "dob-companion/design/1"
 

@@ -4,53 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+
+from dob_companion.lti.statespace import StateSpaceData
 
 AXES = ("roll", "pitch", "yaw")
 """Hover axes in wire order: roll about x, pitch about y, yaw about z (z down in hover)."""
 
 RATE_UNIT = "rad/s"
 MOMENT_UNIT = "normalized torque"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class StateSpaceData:
-    """x(k+1) = A x + B u, y = C x + D u, as read-only float64 arrays.
-
-    Shapes: A (n, n), B (n, m), C (p, n), D (p, m); n may be 0.
-    Raises ValueError when a shape does not fit or a number is not finite.
-    """
-
-    A: NDArray[np.float64]
-    B: NDArray[np.float64]
-    C: NDArray[np.float64]
-    D: NDArray[np.float64]
-
-    def __init__(self, A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike) -> None:
-        """Copy, check and freeze the four matrices; an empty list stands for a matrix without rows."""
-        d = _matrix("D", D)
-        p, m = d.shape
-        n = len(np.asarray(A, dtype=float))
-        for name, value, shape in (("A", A, (n, n)), ("B", B, (n, m)), ("C", C, (p, n))):
-            array = _matrix(name, value)
-            if array.size == 0 and 0 in shape:
-                array = array.reshape(shape)
-            if array.shape != shape:
-                raise ValueError(f"{name} is {_by(array.shape)}, expected {_by(shape)}")
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-        d.setflags(write=False)
-        object.__setattr__(self, "D", d)
-
-    @property
-    def order(self) -> int:
-        """Number of states."""
-        return len(self.A)
-
-    @property
-    def spectral_radius(self) -> float:
-        """Largest magnitude of the eigenvalues of A; 0 without states."""
-        return float(np.max(np.abs(np.linalg.eigvals(self.A)), initial=0.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,18 +110,3 @@ class DobDesign:
         axes = [axis for block in self.blocks for axis in block.axes]
         if not axes or len(set(axes)) != len(axes):
             raise ValueError(f"blocks cover axes {axes}, expected each axis at most once and at least one")
-
-
-def _matrix(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    array = np.array(value, dtype=np.float64)
-    if array.size == 0 and array.ndim < 2:
-        array = array.reshape(0, 0) if array.ndim == 0 else array.reshape(len(array), 0)
-    if array.ndim != 2:
-        raise ValueError(f"{name} has {array.ndim} dimensions, expected a matrix")
-    if not np.all(np.isfinite(array)):
-        raise ValueError(f"{name} holds a number that is not finite")
-    return array
-
-
-def _by(shape: tuple[int, ...]) -> str:
-    return "x".join(str(n) for n in shape)

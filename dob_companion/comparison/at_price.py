@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from dob_companion.comparison.flight import NOISE_SIGMA, disturbance_pole
 from dob_companion.comparison.lqg import coprime
-from dob_companion.comparison.measure import response
 from dob_companion.comparison.rational import polynomial, product, roots_of
 from dob_companion.comparison.vehicle import OUTPUTS, Vehicle, close, no_observer
+from dob_companion.lti.response import response
 
 cp: Any = cvxpy  # its own annotations are partial
 

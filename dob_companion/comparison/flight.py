@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.comparison.vehicle import OUTPUTS, STABLE, Vehicle, close, covariance, no_observer, spectral_radius
+from dob_companion.comparison.vehicle import OUTPUTS, Vehicle, close, no_observer
+from dob_companion.lti.gramian import gramian
+from dob_companion.lti.response import STABLE, spectral_radius
 
 Array = NDArray[np.float64]
 
@@ -100,7 +102,7 @@ def expect(loop: Any, scale: float) -> Expected | None:
     A[:n, :n], A[:n, n], A[n, n] = loop.A, loop.B[:, 0], a
     excited = np.zeros((n + 1, 1))
     excited[n] = scale * np.sqrt(1.0 - a * a)
-    by_wind, by_noise = covariance(A, excited), covariance(loop.A, loop.B[:, 1:] * NOISE_SIGMA)
+    by_wind, by_noise = gramian(A, excited), gramian(loop.A, loop.B[:, 1:] * NOISE_SIGMA)
 
     def variance(name: str, P: Array, direct: float) -> float:
         row = OUTPUTS.index(name)

@@ -28,9 +28,10 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from dob_companion.comparison.flight import NOISE_SIGMA, disturbance_pole
-from dob_companion.comparison.measure import response
 from dob_companion.comparison.rational import roots_of
-from dob_companion.comparison.vehicle import OUTPUTS, Vehicle, close, covariance, no_observer, spectral_radius
+from dob_companion.comparison.vehicle import OUTPUTS, Vehicle, close, no_observer
+from dob_companion.lti.gramian import gramian
+from dob_companion.lti.response import response, spectral_radius
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -114,7 +115,7 @@ def lqg(vehicle: Vehicle, scale: float, control_weight: float) -> Lqg:
         driven[:m] += kept @ noisy
     out = np.vstack([np.hstack([theta[:, :m], np.zeros((1, tau + m + n_p))]), ask])
     feed = np.vstack([np.zeros((1, 2)), noisy])
-    variance = np.diag(out @ covariance(closed, driven) @ out.T + feed @ feed.T)
+    variance = np.diag(out @ gramian(closed, driven) @ out.T + feed @ feed.T)
     theta_rms, correction_rms = np.sqrt(variance).tolist()
     return Lqg(theta_rms, correction_rms, ct.ss(closed, driven, out, feed, vehicle.dt))
 

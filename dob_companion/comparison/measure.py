@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.comparison.vehicle import STABLE, Vehicle, close, spectral_radius
+from dob_companion.comparison.vehicle import Vehicle, close
+from dob_companion.lti.response import STABLE, response, spectral_radius
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -58,17 +59,6 @@ class LoopResponses:
         D = response(observer, self.angles)[:, 0, :]
         told = 1.0 + self.late * D[:, 1]
         return np.asarray(told / (told + self.G * (self.C + self.late * D[:, 0]))), D
-
-
-def response(system: Any, angles: Array) -> Complex:
-    """System at e^(j angle), shape (len(angles), outputs, inputs)."""
-    n = system.nstates
-    direct = np.broadcast_to(system.D.astype(complex), (len(angles), *system.D.shape))
-    if n == 0:
-        return np.asarray(direct)
-    pencil = np.exp(1j * angles)[:, None, None] * np.eye(n) - system.A
-    inside = np.linalg.solve(pencil, np.broadcast_to(system.B.astype(complex), (len(angles), *system.B.shape)))
-    return np.asarray(direct + system.C @ inside)
 
 
 def delay_margin(vehicle: Vehicle, observer: Any) -> int:

@@ -18,9 +18,8 @@ from typing import Any
 
 import control as ct
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from dob_companion.lti.statespace import ABCD, beside, delay_line, wired
 
 ATTITUDE_GAIN = 6.5
 """Rate asked for per attitude error, 1/s: the simulated vehicle's, a usual multirotor value."""
@@ -66,16 +65,15 @@ def close(vehicle: Vehicle, observer: Any, *, attitude: bool = True, unseen: int
     if np.any(vehicle.plant.D):
         raise ValueError("the plant answers at once; expected a strictly proper one")
     dt = vehicle.dt
-    integral = (np.eye(1), np.array([[dt]]), np.eye(1), np.array([[dt / 2.0]]))  # trapezoidal: the rate's mean
-    parts = [
-        _matrices(vehicle.plant),
-        _matrices(vehicle.controller),
-        _matrices(observer),
-        _delay(vehicle.delay),
-        _delay(unseen),
+    integral = ABCD(np.eye(1), np.array([[dt]]), np.eye(1), np.array([[dt / 2.0]]))  # trapezoidal: the rate's mean
+    parts = beside(
+        vehicle.plant,
+        vehicle.controller,
+        observer,
+        delay_line(vehicle.delay),
+        delay_line(unseen),
         integral,
-    ]
-    A, B, C, D = (_side_by_side(matrices) for matrices in zip(*parts, strict=True))
+    )
     k = vehicle.attitude_gain if attitude else 0.0
     # Columns: y, u, d_hat, late, acting, theta; then d, n. Rows: the parts' inputs, y_n and u_e both D(z)'s.
     inside = np.array(
@@ -93,54 +91,11 @@ def close(vehicle: Vehicle, observer: Any, *, attitude: bool = True, unseen: int
     read = np.array(
         [[1, 0, 0, 0, 0, 0], [0, 1, 0, -1, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, 0, 0, -1, 0], [0, 0, 0, 0, 0, 1]]
     )
-    beside = np.zeros((len(OUTPUTS), 2))
-    beside[OUTPUTS.index("error"), 0] = 1.0
-    solved = np.linalg.inv(np.eye(len(D)) - D @ inside)  # the parts' outputs, algebraic loop solved
-    Cv, Dv = solved @ C, solved @ D @ outside
-    return ct.ss(A + B @ inside @ Cv, B @ (outside + inside @ Dv), read @ Cv, read @ Dv + beside, dt)
-
-
-STABLE = 1.0 - 1e-9
-"""A spectral radius from here on counts as unstable: what rounding leaves of a mode on the unit circle."""
-
-
-def spectral_radius(A: Array) -> float:
-    """Largest magnitude of the eigenvalues."""
-    return float(np.max(np.abs(np.linalg.eigvals(A)), initial=0.0))
-
-
-def covariance(A: Array, B: Array) -> Array:
-    """P = A P A' + B B' for stable A, by doubling (Smith, SIAM J. Appl. Math. 16, 1968)."""
-    P, power = B @ B.T, A
-    for _ in range(60):
-        step = power @ P @ power.T
-        P = P + step
-        if np.linalg.norm(step) <= 1e-16 * np.linalg.norm(P):
-            break
-        power = power @ power
-    return np.asarray((P + P.T) / 2.0)
+    past = np.zeros((len(OUTPUTS), 2))
+    past[OUTPUTS.index("error"), 0] = 1.0
+    return ct.ss(*wired(parts, inside, outside, read, past), dt)
 
 
 def no_observer(dt: float) -> Any:
     """D(z) = 0."""
     return ct.ss([], [], [], [[0.0, 0.0]], dt)
-
-
-def _side_by_side(matrices: tuple[Array, ...]) -> Array:
-    """Block-diagonal; scipy's spends more time on its arguments than a whole loop takes here."""
-    out = np.zeros((sum(len(M) for M in matrices), sum(M.shape[1] for M in matrices)))
-    row = column = 0
-    for M in matrices:
-        out[row : row + len(M), column : column + M.shape[1]] = M
-        row, column = row + len(M), column + M.shape[1]
-    return out
-
-
-def _matrices(system: Any) -> tuple[Array, ...]:
-    return system.A, system.B, system.C, system.D
-
-
-def _delay(samples: int) -> tuple[Array, ...]:
-    n = samples
-    B, C = np.eye(n, 1), np.eye(1, n, k=max(n - 1, 0))
-    return np.eye(n, k=-1), B, C, np.full((1, 1), float(n == 0))

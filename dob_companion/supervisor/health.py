@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.artifact import AXES, DobBlock, DobDesign
+from dob_companion.lti.gramian import predictor_gain
 
 Vector = NDArray[np.float64]
 Axes3 = tuple[float, float, float]
@@ -145,26 +146,9 @@ def _predictor(block: DobBlock) -> tuple[list[int], Vector, Vector, Vector, Vect
     B_w[:n, :k], B_w[n : n + d, :k], B_w[n + d :, k:] = plant.B @ w_d.D, w_d.B, w_n.B
     C, D = np.hstack([plant.C, plant.D @ w_d.C, w_n.C]), plant.D
     B = np.vstack([plant.B, np.zeros((d + v, plant.B.shape[1]))])
-    K = _kalman_gain(A, C, B_w, np.hstack([plant.D @ w_d.D, w_n.D]))
+    K = predictor_gain(A, C, B_w, np.hstack([plant.D @ w_d.D, w_n.D]))
     rows = [AXES.index(axis) for axis in block.axes]
     return rows, A - K @ C, np.hstack([B - K @ D, K]), -C, np.hstack([-D, np.eye(len(rows))])
-
-
-def _kalman_gain(A: Vector, C: Vector, B: Vector, D: Vector) -> Vector:
-    """Gain of the steady-state one-step predictor of x+ = A x + B w, y = C x + D w, w white of unit covariance.
-
-    The Riccati difference equation iterated (numpy only; it converges for the detectable pairs that a certified
-    design has), for at most 5000 steps.
-    """
-    P = np.eye(len(A))
-    for _ in range(5000):
-        S = C @ P @ C.T + D @ D.T
-        K = np.linalg.solve(S.T, (A @ P @ C.T + B @ D.T).T).T
-        following = A @ P @ A.T + B @ B.T - K @ S @ K.T
-        if np.allclose(following, P, rtol=1e-9, atol=1e-15):
-            break
-        P = 0.5 * (following + following.T)
-    return np.asarray(K, dtype=np.float64)
 
 
 class Echo:

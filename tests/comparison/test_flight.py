@@ -7,8 +7,10 @@ from scipy import linalg
 
 from dob_companion.comparison.flight import NOISE_SIGMA, attitude, expect, make_weather, rms
 from dob_companion.comparison.kalman import kalman
-from dob_companion.comparison.measure import LoopResponses, delay_margin, response
-from dob_companion.comparison.vehicle import OUTPUTS, Vehicle, close, covariance, no_observer
+from dob_companion.comparison.measure import LoopResponses, delay_margin
+from dob_companion.comparison.vehicle import OUTPUTS, Vehicle, close, no_observer
+from dob_companion.lti.gramian import gramian
+from dob_companion.lti.response import response
 from dob_companion.synthesis import block_responses, zpk
 from tests.synthesis.paper import DT, PID, PLANT
 
@@ -91,7 +93,7 @@ def test_noise_in_the_correction_is_what_noise_alone_makes_of_it(designs, vehicl
 def test_covariances_are_scipys(designs, vehicle):
     loop = close(vehicle, observer_of(designs[1]))
     wanted = linalg.solve_discrete_lyapunov(loop.A, loop.B @ loop.B.T, method="direct")
-    assert covariance(loop.A, loop.B) == pytest.approx(wanted, rel=1e-8, abs=1e-12 * np.max(np.abs(wanted)))
+    assert gramian(loop.A, loop.B) == pytest.approx(wanted, rel=1e-8, abs=1e-12 * np.max(np.abs(wanted)))
 
 
 @pytest.mark.parametrize(

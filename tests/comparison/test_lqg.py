@@ -11,9 +11,10 @@ from dob_companion.comparison.evaluate import expected_attenuation
 from dob_companion.comparison.flight import NOISE_SIGMA, expect, make_weather
 from dob_companion.comparison.kalman import kalman
 from dob_companion.comparison.lqg import lqg, lqg_attitude_bound
-from dob_companion.comparison.measure import LoopResponses, response
+from dob_companion.comparison.measure import LoopResponses
 from dob_companion.comparison.shortfall import shortfall, shortfall_table
 from dob_companion.comparison.vehicle import Vehicle, close, no_observer
+from dob_companion.lti.response import response
 from dob_companion.synthesis import design_from_toml, zpk
 from tests.comparison.test_flight import observer_of
 from tests.synthesis.paper import DT, PID, PLANT

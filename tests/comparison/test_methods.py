@@ -11,9 +11,9 @@ from dob_companion.comparison.eso import extended_state_observer, integrator_cha
 from dob_companion.comparison.flight import NOISE_SIGMA, disturbance_pole
 from dob_companion.comparison.indi import actuator_model, indi
 from dob_companion.comparison.kalman import kalman, steady_gain
-from dob_companion.comparison.measure import response
 from dob_companion.comparison.open_loop import open_loop_hinf, optimal_all_pass, polynomials
 from dob_companion.comparison.rational import NotApplicableError, low_passed, observer_from, roots_of
+from dob_companion.lti.response import response
 from dob_companion.synthesis import synthesize, zpk
 from tests.synthesis.paper import DT, PID, PLANT, W_D
 

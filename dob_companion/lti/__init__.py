@@ -1,0 +1,12 @@
+"""Linear time-invariant discrete systems: what designing, certifying and flying all count with. numpy only.
+
+::
+
+    statespace   StateSpaceData, four checked matrices; series, sum, side by side, wiring of parts
+    response     G(e^{j angle}), spectral radius
+    gramian      covariance of a stable system by doubling; the steady-state Kalman predictor
+    filters      Butterworth sections
+
+Whatever needs more than numpy (norms by proof, conversion, balancing) is `synthesis`'; python-control's StateSpace is
+the type there. Functions here take anything that has matrices A, B, C, D.
+"""
