@@ -215,7 +215,7 @@ class Listening:
             return
         step = 1e-6 * (applied.stamp_us - self._paired_us)
         if abs(step - self._dt) > 0.5 * self._dt:
-            self.check.clear()
+            self.check.interrupt()
         self._paired_us = applied.stamp_us
         own = np.subtract(applied.moment, applied.correction)
         if np.all(np.isfinite(own)):

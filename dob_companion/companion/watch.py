@@ -54,6 +54,8 @@ class Watch:
             self._innovation.add(*inputs)
             if not injected:  # the check is about the controller's own moment
                 self.axes.add(*inputs)
+            else:
+                self.axes.interrupt()
         self._due.clear()
         foreign = self.echo.foreign(moment.stamp_us, moment.age_samples, moment.moment, moment.correction)
         return "corrections come back changed" if foreign else ""
@@ -68,5 +70,5 @@ class Watch:
         """The samples start anew after a gap."""
         self._due.clear()
         self.bounds.clear()
-        self.axes.clear()
+        self.axes.interrupt()
         self._innovation.clear()

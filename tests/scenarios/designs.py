@@ -19,7 +19,13 @@ SPECS = {
 @cache
 def design_for(delay: int) -> DobDesign:
     """The observer designed for this link delay in samples."""
-    return design_from_toml((EXAMPLES / SPECS[delay]).read_text(encoding="utf-8"))
+    return design_named(SPECS[delay])
+
+
+@cache
+def design_named(spec: str) -> DobDesign:
+    """The observer of an example spec, by the file's name."""
+    return design_from_toml((EXAMPLES / spec).read_text(encoding="utf-8"))
 
 
 def design_file(directory: Path, delay: int) -> Path:
