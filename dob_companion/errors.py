@@ -21,6 +21,7 @@ Each message is one line that names the file, key or field and says what was exp
 
 import difflib
 from collections.abc import Iterable
+from typing import TypeVar
 
 
 class DobError(Exception):
@@ -77,6 +78,15 @@ class NoVehicleError(RefusedError, TimeoutError):
 
 class FlightFailedError(RefusedError, RuntimeError):
     """A demo or scenario flight ended before it was complete."""
+
+
+_E = TypeVar("_E", bound=DobError)
+
+
+def placed(problem: _E, place: str) -> _E:
+    """The same error, whose message begins with `place`: a file, a block."""
+    words = str(problem)
+    return problem if words.startswith(place) else type(problem)(f"{place}: {words}")
 
 
 def unknown_key(key: str, known: Iterable[str]) -> str:

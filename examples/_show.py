@@ -1,14 +1,18 @@
 """Prints the certificate of a synthesis and draws it: `show(name, result)` at the end of each example.
 
-The picture goes to example_NAME.svg in the folder named on the command line, or in the current one.
+The picture goes to example_NAME.svg in the folder named on the command line, made when it is missing, or in the current
+one.
 """
 
+import argparse
 import sys
 from pathlib import Path
 
 import control as ct
 import numpy as np
 
+from dob_companion.errors import InputError
+from dob_companion.files import require_place, write_files
 from dob_companion.report.chart import Chart, Curve, Panel, Scale, rounded
 from dob_companion.report.draw import standalone
 from dob_companion.synthesis.loop import close_loop
@@ -16,6 +20,18 @@ from dob_companion.synthesis.norms import gains
 
 GUST = 0.1
 """Peak of the gust ½ (1 − cos 2πt) that lasts 1 s, in the unit of the plant's input."""
+
+
+def folder():
+    """Where pictures go. Ends the program with one line when nothing can be written there."""
+    parser = argparse.ArgumentParser(description="Design an observer, print its certificate, draw what it does.")
+    parser.add_argument("folder", nargs="?", type=Path, default=Path(), metavar="DIR", help="for the picture (.)")
+    place = parser.parse_args().folder
+    try:
+        require_place(place)
+    except InputError as problem:
+        sys.exit(str(problem))
+    return place
 
 
 def show(name, result, panel=None):
@@ -30,8 +46,10 @@ def show(name, result, panel=None):
     print(f"command leak below     1e-06: {proof.command_leak < 1e-6}")
     panels = (_error_left(result), panel or _gust(result))
     chart = Chart(f"example-{name}", f"{name}: error left, and response", panels, 900, 340, col_widths=(1.0, 1.0))
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
-    (folder / f"example_{name}.svg").write_text(standalone(chart), encoding="utf-8")
+    try:
+        write_files(folder(), {f"example_{name}.svg": standalone(chart)})
+    except InputError as problem:
+        sys.exit(str(problem))
 
 
 def _error_left(result):
@@ -72,3 +90,6 @@ def _gust(result):
 
 def _db(values):
     return 20 * np.log10(np.maximum(values, 1e-12))
+
+
+folder()  # a wrong command line is told before the work, not after

@@ -2,15 +2,18 @@
 
 import argparse
 import gc
+import json
 import signal
 import sys
 from pathlib import Path
 
 from sitl.attitude import Vector
 from sitl.calibration import disturbance_scale
+from sitl.console import program
 from sitl.errors import FlightFailedError, InputError, SitlError
+from sitl.extras import remedy
 from sitl.flight import Flight
-from sitl.links import Link, open_link
+from sitl.links import Link, open_link, other_end
 from sitl.result import verdicts, write
 from sitl.run import Limits, Loop, fly_lockstep, fly_real_time, say
 from sitl.scenario import checks
@@ -18,6 +21,8 @@ from sitl.scenario.spec import Scenario, load, packaged_names
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 
 LINK, GCS = "udpout:127.0.0.1:14540", "udpout:127.0.0.1:14550"
+TAKE_OFF_S = 4.0
+"""Roughly, to the altitude of most scenarios."""
 
 _EXAMPLE = """\
 example: the paper's comparison as fast as the machine goes, results in ./flight
@@ -46,6 +51,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("-o", dest="directory", type=Path, metavar="DIR", help="result.json, flight.npz, figure.png go here")
     p.add_argument("--no-figure", action="store_true", help="draw none")
     p.add_argument("--await-arming", action="store_true", help="wait on the ground for ARM and TAKEOFF")
+    p.add_argument("--about", action="store_true", help="print what SCENARIO is, as JSON, and fly nothing")
     p.add_argument("--timeout", type=_seconds, metavar="S", help="lockstep: longest wait for a companion (for ever)")
     p.add_argument("--event-timeout", type=_seconds, default=60.0, metavar="S", help="for awaited events (%(default)s)")
     return p
@@ -72,6 +78,7 @@ def _seconds(text: str) -> float:
     return value
 
 
+@program("sitl")
 def main(arguments: list[str] | None = None) -> int:
     """Run; returns the exit code."""
     options = parser().parse_args(arguments)
@@ -88,6 +95,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _fly(options: argparse.Namespace) -> int:
     scenario = load(options.scenario)
+    if options.about:
+        print(json.dumps(_about(scenario), ensure_ascii=False))
+        return 0
     directory: Path | None = options.directory
     if directory is not None and directory.exists() and not directory.is_dir():
         raise InputError(f"-o {directory}: is a file; expected a directory")
@@ -109,11 +119,24 @@ def _fly(options: argparse.Namespace) -> int:
             delay_samples=options.delay,
         )
         limits = Limits(options.timeout, None if endless else options.event_timeout)
-        loop = Loop(Endpoint(flight), links, limits)
+        ends = {COMPANION: other_end(options.link), GROUND: other_end(options.gcs)}
+        loop = Loop(Endpoint(flight), links, limits, ends)
         return _run(loop, options.clock, directory, drawn=not options.no_figure)
     finally:
         for link in links.values():
             link.close()
+
+
+def _about(scenario: Scenario) -> dict[str, object]:
+    windows = scenario.windows
+    flown_s = 2.0 * (windows.lead_s + windows.length_s) + windows.settle_s + TAKE_OFF_S if windows else None
+    return {
+        "scenario": scenario.name,
+        "title": scenario.title,
+        "airframe": scenario.airframe,
+        "seconds": flown_s,  # null: it hovers until it is stopped
+        "checks": len(scenario.checks),
+    }
 
 
 def _strength(scenario: Scenario, scale: Vector) -> str:
@@ -145,8 +168,8 @@ def save(flight: Flight, clock: str, directory: Path, *, drawn: bool) -> None:
     """Write what the flight leaves behind; says so when there is nothing to draw the figure with."""
     try:
         write(flight, clock, directory, drawn=drawn)
-    except ModuleNotFoundError:
-        say("no figure: matplotlib is not installed")
+    except ModuleNotFoundError as missing:
+        say(f"no figure: {remedy(missing, 'design')}")
 
 
 def _judge(flight: Flight) -> None:

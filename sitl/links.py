@@ -3,24 +3,42 @@
 import re
 import select
 import socket
+from collections import deque
 from typing import Protocol
 
 from sitl.errors import LinkBusyError, LinkUrlError
 
-_URL = re.compile(r"(?P<scheme>udpin|udpout|tcp):(?://)?(?P<host>\[[^\]]+\]|[^:/\[\]]+):(?P<port>\d{1,5})$")
+_URL = re.compile(
+    r"(?P<scheme>udpin|udpout|udp|tcpin|tcp):(?://)?(?:(?P<host>\[[^\]]+\]|[^:/\[\]]+)?:)?(?P<port>\d{1,5})$"
+)
+_SAME = {"udp": "udpin", "tcpin": "tcp"}
+"""As MAVProxy and MAVSDK call them; our `tcp` listens."""
+_OTHER = {"udpin": "udpout", "udpout": "udpin", "tcp": "tcp"}
 RECEIVE = 65536
+
+MOST_DATAGRAMS = 256
+"""Taken at once: whoever floods a link must not stop the clock."""
+
+WAITING = 1 << 16
+"""Bytes kept for a client that does not keep up."""
 
 
 def parse_url(url: str) -> tuple[str, str, int]:
-    """Scheme, host and port of `udpin:HOST:PORT`, `udpout:…`, `tcp:…` or their `scheme://` spelling.
-
-    Raises LinkUrlError.
+    """Scheme, host and port of `udpin:HOST:PORT`, `udpout:…`, `tcp:…` or their `scheme://` spelling; without a host
+    it is loopback. Raises LinkUrlError.
     """
     match = _URL.match(url)
     port = int(match["port"]) if match else 0
     if match is None or not 0 < port < 65536:
         raise LinkUrlError(f"link {url!r}: expected udpin:HOST:PORT, udpout:HOST:PORT or tcp:HOST:PORT")
-    return match["scheme"], match["host"].strip("[]"), port
+    return _SAME.get(match["scheme"], match["scheme"]), (match["host"] or "127.0.0.1").strip("[]"), port
+
+
+def other_end(url: str) -> str:
+    """The URL by which a companion or a ground station meets the link that `url` names."""
+    scheme, host, port = parse_url(url)
+    host = f"[{host}]" if ":" in host else host
+    return f"{_OTHER[scheme]}:{host}:{port}"
 
 
 class Link(Protocol):
@@ -62,15 +80,16 @@ class UdpLink:
     def receive(self) -> list[bytes]:
         """See `Link`."""
         out: list[bytes] = []
-        while True:
+        for _ in range(MOST_DATAGRAMS):
             try:
                 data, source = self._socket.recvfrom(RECEIVE)
             except OSError:
-                return out
+                break
             if not self._fixed:
                 self._peer = source
             if source == self._peer:
                 out.append(data)
+        return out
 
     def send(self, datagram: bytes) -> None:
         """See `Link`."""
@@ -96,6 +115,8 @@ class TcpLink:
         self._listener.listen(1)
         self._listener.setblocking(False)
         self._client: socket.socket | None = None
+        self._waiting: deque[bytes] = deque()
+        self._begun = False
 
     def sockets(self) -> list[socket.socket]:
         """See `Link`."""
@@ -104,6 +125,7 @@ class TcpLink:
     def receive(self) -> list[bytes]:
         """See `Link`."""
         self._accept()
+        self._pass_on()
         if self._client is None:
             return []
         try:
@@ -128,20 +150,35 @@ class TcpLink:
         self._client = client
 
     def send(self, datagram: bytes) -> None:
-        """See `Link`; a client that does not keep up is dropped, for half a message would garble the stream."""
-        if self._client is None:
-            return
+        """See `Link`; for a client that does not keep up the oldest datagrams are lost, each whole, since a part of one
+        would garble the stream."""
+        if self._client is not None:
+            self._waiting.append(datagram)
+            while len(self._waiting) > 1 + self._begun and sum(map(len, self._waiting)) > WAITING:
+                del self._waiting[int(self._begun)]
+            self._pass_on()
+
+    def _pass_on(self) -> None:
         try:
-            whole = self._client.send(datagram) == len(datagram)
+            while self._waiting and self._client is not None:
+                data = self._waiting[0]
+                sent = self._client.send(data)
+                self._begun = sent < len(data)
+                if self._begun:
+                    self._waiting[0] = data[sent:]
+                else:
+                    self._waiting.popleft()
+        except BlockingIOError:
+            return
         except OSError:
-            whole = False
-        if not whole:
             self._drop()
 
     def _drop(self) -> None:
         if self._client is not None:
             self._client.close()
             self._client = None
+        self._waiting.clear()
+        self._begun = False
 
     def close(self) -> None:
         """See `Link`."""
@@ -168,7 +205,7 @@ def wait(links: dict[str, Link], timeout: float) -> list[tuple[str, bytes]]:
 def _resolve(url: str, host: str, port: int, kind: socket.SocketKind):  # type: ignore[no-untyped-def]
     try:
         return socket.getaddrinfo(host, port, type=kind)[0]
-    except OSError as error:
+    except (OSError, UnicodeError) as error:  # UnicodeError: a label of a name that is empty or too long
         raise LinkUrlError(f"link {url!r}: host {host!r} cannot be resolved: {error}") from None
 
 

@@ -1,7 +1,5 @@
 """The two loops that own clock and sockets: real time and lockstep."""
 
-import contextlib
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,8 +10,9 @@ from sitl.constants import DT_US
 from sitl.errors import FlightFailedError
 from sitl.links import Link, wait
 from sitl.pace import Pace
+from sitl.priority import RealTime
 from sitl.scenario.script import Phase
-from sitl.wire.endpoint import Endpoint
+from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 
 REPEAT_S = 0.2
 """In lockstep, and while the clock stands, the newest pair is sent again after this much wall time."""
@@ -29,8 +28,8 @@ LAST_ANSWER_S = 0.1
 
 STATUS_S = 5.0
 
-REAL_TIME_PRIORITY = 21
-"""SCHED_FIFO priority of the real-time clock where it is granted: an autopilot's clock does not wait its turn."""
+REMIND_S = 2.0
+"""In lockstep, a companion that is not there is asked for after this much wall time, and again each STATUS_S."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +43,12 @@ class Limits:
 class Loop:
     """What both clocks share: serving the links, saying what happens, and losing patience."""
 
-    def __init__(self, endpoint: Endpoint, links: dict[str, Link], limits: Limits) -> None:
+    def __init__(
+        self, endpoint: Endpoint, links: dict[str, Link], limits: Limits, ends: dict[str, str] | None = None
+    ) -> None:
+        """`ends` are the URLs by which others meet us on these links, for the words of who waits."""
         self.endpoint, self.links, self.limits = endpoint, links, limits
+        self._ends = ends or {}
         self.flight = endpoint.flight
         self.stopped = False
         self.interrupted = False
@@ -90,12 +93,20 @@ class Loop:
         self.flush()
         self._watch(now)
 
+    def ask_for_companion(self) -> None:
+        """Say that nobody answers, and what to type."""
+        say(f"waiting for a companion: dob-companion run --design FILE --link {self._end(COMPANION)}")
+
+    def _end(self, name: str) -> str:
+        return self._ends.get(name, "URL")
+
     def _watch(self, now: float) -> None:
         awaiting = self.flight.script.awaiting
         if awaiting != self._awaiting:
             self._awaiting, self._awaiting_since = awaiting, now
             if awaiting:
-                say(f"waiting for {awaiting}")
+                how = f": dob-companion param set DOB_ENABLE 1 --link {self._end(GROUND)}"
+                say(f"waiting for {awaiting}{how if awaiting == Phase.WAIT_OBSERVER.value else ''}")
         patience = self.limits.event
         if awaiting and patience is not None and now - self._awaiting_since > patience:
             raise FlightFailedError(f"nothing came for {patience:g} s; expected {awaiting} from the ground station")
@@ -113,20 +124,20 @@ class Loop:
 
 def fly_real_time(loop: Loop) -> int:
     """Fly on the wall clock until complete or stopped; returns the number of overruns. Raises FlightFailedError."""
-    with contextlib.suppress(OSError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REAL_TIME_PRIORITY))
-    pace = Pace(DT_US * 1e-6, monotonic())
-    while loop.running:
-        now = monotonic()
-        if now < pace.due:
-            loop.serve(pace.due)
-            continue
-        loop.serve(now)  # answers that have arrived by now act in this sample
-        loop.step()
-        pace.flown(now)
-    last_call = monotonic() + LAST_ANSWER_S
-    while not loop.stopped and not loop.endpoint.newest_answered and monotonic() < last_call:
-        loop.serve(last_call)
+    with RealTime(say).taken() as real_time:
+        pace = Pace(DT_US * 1e-6, monotonic())
+        while loop.running:
+            now = monotonic()
+            if now < pace.due:
+                loop.serve(pace.due)
+                continue
+            loop.serve(now)  # answers that have arrived by now act in this sample
+            loop.step()
+            pace.flown(now)
+            real_time.keep()
+        last_call = monotonic() + LAST_ANSWER_S
+        while not loop.stopped and not loop.endpoint.newest_answered and monotonic() < last_call:
+            loop.serve(last_call)
     return pace.overruns
 
 
@@ -135,21 +146,26 @@ def fly_lockstep(loop: Loop) -> int:
     endpoint, script = loop.endpoint, loop.flight.script
     while loop.running:
         loop.step()
-        _until(loop, lambda: endpoint.newest_answered, _first_patience(loop))
+        _until(loop, lambda: endpoint.newest_answered, _first_patience(loop), waits_for_companion=_at_first(loop))
         if loop.running and script.awaiting:
             _until(loop, lambda: script.awaiting is None, None)
     return 0
 
 
+def _at_first(loop: Loop) -> bool:
+    return loop.flight.vehicle.now_us == START_US
+
+
 def _first_patience(loop: Loop) -> float | None:
     """Sample 0 repeats until the companion is there."""
-    return loop.limits.companion if loop.flight.vehicle.now_us == START_US else SILENCE_S
+    return loop.limits.companion if _at_first(loop) else SILENCE_S
 
 
-def _until(loop: Loop, done: Callable[[], bool], patience: float | None) -> None:
+def _until(loop: Loop, done: Callable[[], bool], patience: float | None, *, waits_for_companion: bool = False) -> None:
     """Serve the links until `done`, repeating the newest pair; FlightFailedError after `patience` seconds."""
     began = monotonic()
     repeat = began + REPEAT_S
+    remind = began + REMIND_S if waits_for_companion else float("inf")
     while not loop.stopped and not done():
         loop.serve(repeat)
         now = monotonic()
@@ -157,6 +173,9 @@ def _until(loop: Loop, done: Callable[[], bool], patience: float | None) -> None
             loop.endpoint.repeat()
             loop.flush()
             repeat = now + REPEAT_S
+            if now >= remind:
+                remind = now + STATUS_S
+                loop.ask_for_companion()
             if patience is not None and now - began > patience:
                 k = (loop.flight.vehicle.now_us - START_US) // DT_US
                 raise FlightFailedError(f"no answer to sample {k} for {patience:g} s; expected one from component 191")

@@ -3,6 +3,7 @@
 from dob_companion.artifact.codec import SCHEMA, dumps, loads, sha256_of
 from dob_companion.artifact.design import AXES, Certificate, DobBlock, DobDesign, Problem
 from dob_companion.artifact.flyable import check_flyable
+from dob_companion.artifact.words import certificate_object, certificate_table, design_table
 from dob_companion.lti.statespace import StateSpaceData
 
 __all__ = [
@@ -13,7 +14,10 @@ __all__ = [
     "DobDesign",
     "Problem",
     "StateSpaceData",
+    "certificate_object",
+    "certificate_table",
     "check_flyable",
+    "design_table",
     "dumps",
     "loads",
     "sha256_of",

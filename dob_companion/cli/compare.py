@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dob_companion.errors import InputError
-from dob_companion.files import make_directory, read_text, reader_beside, write_text
+from dob_companion.files import read_text, reader_beside, require_place, write_files
 
 MOST_SEEDS = 1000
 
@@ -35,35 +35,38 @@ def run(args: argparse.Namespace) -> int:
     from dob_companion.comparison import compare, comparison_object, comparison_table
     from dob_companion.comparison.table import RULE
     from dob_companion.synthesis import design_from_toml
+    from dob_companion.synthesis.numeric import numbers_judged
 
     if not 1 <= args.seeds <= MOST_SEEDS:
         raise InputError(f"--seeds is {args.seeds}, expected 1 to {MOST_SEEDS}")
     text = read_text(args.spec)
     if args.out:
-        make_directory(args.out)
+        require_place(args.out)
     try:
         _progress("designing")
-        axes = compare(
-            design_from_toml(text, str(args.spec), read=reader_beside(args.spec)), args.seeds, str(args.spec), _progress
-        )
+        with numbers_judged(str(args.spec)):
+            design = design_from_toml(text, str(args.spec), read=reader_beside(args.spec))
+            axes = compare(design, args.seeds, str(args.spec), _progress)
     finally:
         _progress("")
     found = json.dumps(comparison_object(axes), ensure_ascii=False, indent=1)
+    written = _write(args.out, found, axes, args.spec.name) if args.out else ()
     print(found if args.json else "\n\n".join([*map(comparison_table, axes), RULE]))
-    if args.out:
-        _write(args.out, found, axes, args.spec.name)
-        if not args.json:
-            print(f"\nwritten: {', '.join(str(args.out / f'comparison.{kind}') for kind in ('json', 'html', 'png'))}")
+    if written and not args.json:
+        print(f"\nwritten: {', '.join(written)}")
     return 0
 
 
-def _write(out: Path, found: str, axes: Any, title: str) -> None:
-    from dob_companion.files import write_bytes
+def _write(out: Path, found: str, axes: Any, title: str) -> tuple[str, ...]:
     from dob_companion.report.comparison_page import comparison_page, comparison_png
 
-    write_text(out / "comparison.json", found + "\n")
-    write_text(out / "comparison.html", comparison_page(axes, title))
-    write_bytes(out / "comparison.png", comparison_png(axes[0]))
+    files: dict[str, str | bytes] = {
+        "comparison.json": found + "\n",
+        "comparison.html": comparison_page(axes, title),
+        "comparison.png": comparison_png(axes[0]),
+    }
+    write_files(out, files)
+    return tuple(str(out / name) for name in files)
 
 
 def _progress(text: str) -> None:

@@ -4,7 +4,7 @@ import json
 import sys
 import time
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -44,59 +44,59 @@ def fly(
     settings, text = configured(config, state)
     settings = replace(settings, record=replace(settings.record, **record))
     url = parse_link_url(link_url)
-    lines = Lines(sys.stdout if as_json else sys.stderr)
-    feed = Feed(lambda event: lines.write(_as_json(event) if as_json else _as_text(event)))
-    show = feed.event
-    notifier = Notifier.from_environment()
-    with ExitStack() as leaving:
-        link = open_link(url)
-        leaving.callback(link.close)
-        _open_views(feed, page_port, leaving, live=not as_json and live_view_fits())
-        feed.introduce(design, str(url))
-        show(Event.info(f"design {design.sha256[:8]}: {', '.join(block.name for block in design.blocks)}"))
-        keeping = Keeping(settings, show, leaving)
-        link = keeping.signed(link, url.datagrams)
-        companion = Companion(design, keeping.settings, now=time.monotonic(), datagrams=url.datagrams)
+    with closing(Lines(sys.stdout if as_json else sys.stderr)) as lines:
+        feed = Feed(lambda event: lines.write(_as_json(event) if as_json else _as_text(event)))
+        show = feed.event
+        notifier = Notifier.from_environment()
+        with ExitStack() as leaving:
+            link = open_link(url)
+            leaving.callback(link.close)
+            _open_views(feed, page_port, leaving, live=not as_json and live_view_fits())
+            feed.introduce(design, str(url))
+            show(Event.info(f"design {design.sha256[:8]}: {', '.join(block.name for block in design.blocks)}"))
+            keeping = Keeping(settings, show, leaving)
+            link = keeping.signed(link, url.datagrams)
+            companion = Companion(design, keeping.settings, now=time.monotonic(), datagrams=url.datagrams)
 
-        def turn(now: float) -> None:
-            notifier.alive(now, lambda: _in_words(companion.status()))
-            keeping.turn(now, companion)
-            waiting.turn(now, companion, clock.received_bytes)
+            def turn(now: float) -> None:
+                notifier.alive(now, lambda: _in_words(companion.status()))
+                keeping.turn(now, companion)
+                waiting.turn(now, companion, clock.received_bytes)
 
-        def tell(status: Status) -> None:
-            feed.moment(companion, status, clock)
-            if as_json:
-                lines.write(_status_as_json(status))
+            def tell(status: Status) -> None:
+                feed.moment(companion, status, clock)
+                if as_json:
+                    lines.write(_status_as_json(status))
 
-        recorder: Witness = Witness()
-        if settings.record.dir is not None:
-            recorder = FlightRecorder(
-                Path(settings.record.dir),
+            recorder: Witness = Witness()
+            if settings.record.dir is not None:
+                recorder = FlightRecorder(
+                    Path(settings.record.dir),
+                    companion,
+                    design,
+                    text,
+                    now=time.monotonic(),
+                    datagrams=url.datagrams,
+                    mb=settings.record.mb,
+                    segments=settings.record.segments,
+                )
+                leaving.callback(recorder.close)
+                show(Event.info(f"recording flight {recorder.flight} to {settings.record.dir}"))
+            clock = LoopClock(recorder, design.dt)
+            waiting = Waiting(url, settings.system, show, time.monotonic())
+            leaving.callback(notifier.stopping)
+            code = serve(
                 companion,
-                design,
-                text,
-                now=time.monotonic(),
-                datagrams=url.datagrams,
-                mb=settings.record.mb,
-                segments=settings.record.segments,
+                link,
+                ready=f"listening on {url}, waiting for a vehicle",
+                timeout_s=timeout_s,
+                on_event=show,
+                on_status=tell if as_json or feed.watched else None,
+                on_turn=turn,
+                witness=clock,
             )
-            leaving.callback(recorder.close)
-            show(Event.info(f"recording flight {recorder.flight} to {settings.record.dir}"))
-        clock = LoopClock(recorder, design.dt)
-        waiting = Waiting(url, settings.system, show, time.monotonic())
-        leaving.callback(notifier.stopping)
-        code = serve(
-            companion,
-            link,
-            ready=f"listening on {url}, waiting for a vehicle",
-            timeout_s=timeout_s,
-            on_event=show,
-            on_status=tell if as_json or feed.watched else None,
-            on_turn=turn,
-            witness=clock,
-        )
-    show(Event.info(_summary(companion.status())))
-    return code
+        show(Event.info(_summary(companion.status(), lines.left_out)))
+        return code
 
 
 def configured(config: Path | None, state: Path | None) -> tuple[CompanionConfig, str]:
@@ -117,10 +117,11 @@ def _in_words(status: Status) -> str:
     return f"{status.state.name}, {status.rate_hz:.1f} Hz, delay {status.delay_samples} samples"
 
 
-def _summary(status: Status) -> str:
+def _summary(status: Status, left_out: int) -> str:
+    lost = f", {left_out} log lines left out" if left_out else ""
     return (
         f"stopped: {status.stepped} samples stepped, {status.bridged} bridged, {status.gaps} gaps, "
-        f"{status.late} late, {status.bad} malformed, {status.foreign} foreign"
+        f"{status.late} late, {status.bad} malformed, {status.foreign} foreign{lost}"
     )
 
 

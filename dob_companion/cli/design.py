@@ -3,29 +3,15 @@
 import argparse
 import json
 import sys
-from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from dob_companion.artifact import Certificate, DobDesign, dumps
+from dob_companion.artifact import DobDesign, certificate_object, design_table, dumps
 from dob_companion.cli.robustness import robustness_words
 from dob_companion.cli.tradeoff import tuning_object, tuning_table
 from dob_companion.errors import SpecError
-from dob_companion.files import make_directory, read_text, reader_beside, write_text
-
-_ROWS = (
-    ("order", "observer order", "{:d}"),
-    ("gamma", "gamma (measured)", "{:.5f}"),
-    ("gamma_star", "gamma_star (lower bound)", "{:.5f}"),
-    ("closed_loop_spectral_radius", "closed-loop spectral radius", "{:.6f}"),
-    ("observer_spectral_radius", "observer spectral radius", "{:.6f}"),
-    ("slowest_mode_s", "slowest mode, s", "{:.4f}"),
-    ("command_leak", "command leak", "{:.1e}"),
-    ("disk_margin", "disk margin", "{:.3f}"),
-    ("delay_margin_samples", "delay margin, samples", "{:d}"),
-    ("estimation_bandwidth_hz", "estimation bandwidth, Hz", "{:.2f}"),
-)
+from dob_companion.files import read_text, reader_beside, require_place, write_files
 
 
 def add_parser(subparsers: Any) -> None:
@@ -52,7 +38,9 @@ def run(args: argparse.Namespace) -> int:
     """Design, write, print the certificate."""
     from dob_companion.report.design_page import design_report
     from dob_companion.synthesis import design_from_toml
+    from dob_companion.synthesis.numeric import numbers_judged
 
+    require_place(args.out)
     created = datetime.now(UTC).isoformat(timespec="seconds")
     spec = read_text(args.spec)
     if args.auto and args.order is not None:
@@ -60,23 +48,18 @@ def run(args: argparse.Namespace) -> int:
     if args.auto:
         found, tunings = _tuned(spec, args.spec, created)
     else:
-        found, tunings = (
-            design_from_toml(spec, str(args.spec), created, reader_beside(args.spec), largest_order=args.order),
-            (),
-        )
-    text, design = dumps(found)
-    make_directory(args.out)
-    write_text(args.out / "design.json", text)
-    page, figures = design_report(design, tunings)
-    write_text(args.out / "report.html", page)
-    make_directory(args.out / "figures")
-    for name, picture in figures.items():
-        write_text(args.out / "figures" / name, picture)
+        read = reader_beside(args.spec)
+        found, tunings = design_from_toml(spec, str(args.spec), created, read, largest_order=args.order), ()
+    with numbers_judged(str(args.spec)):
+        text, design = dumps(found)
+        page, figures = design_report(design, tunings)
+    pictures = {f"figures/{name}": picture for name, picture in figures.items()}
+    write_files(args.out, {"design.json": text, "report.html": page, **pictures})
     if args.json:
         print(json.dumps(_objects(design, tunings)))
     else:
         findings = filter(None, map(robustness_words, design.blocks))
-        print("\n\n".join([*map(tuning_table, tunings), certificate_table(design), *findings]))
+        print("\n\n".join([*map(tuning_table, tunings), design_table(design), *findings]))
         print(
             f"\nwritten: {args.out / 'design.json'} (sha256 {design.sha256[:8]}), {args.out / 'report.html'}, figures"
         )
@@ -87,7 +70,7 @@ def _tuned(text: str, path: Path, created: str) -> tuple[DobDesign, tuple[Any, .
     from dob_companion.synthesis.tuning import tuned_design_from_toml
 
     try:
-        return tuned_design_from_toml(text, str(path), created, _progress)
+        return tuned_design_from_toml(text, str(path), created, reader_beside(path), _progress)
     finally:
         _progress("")
 
@@ -107,28 +90,10 @@ def _progress(text: str) -> None:
 
 
 def _states(text: str) -> int:
-    order = int(text)
+    try:
+        order = int(text)
+    except ValueError:
+        order = 0
     if order < 1:
-        raise ValueError
+        raise argparse.ArgumentTypeError(f"{text!r}, expected a whole number of 1 or more")
     return order
-
-
-def certificate_object(certificate: Certificate) -> dict[str, Any]:
-    """A certificate as it stands in design.json."""
-    named = {f.name: getattr(certificate, f.name) for f in fields(Certificate) if f.name != "extra"}
-    return named | dict(certificate.extra)
-
-
-def certificate_table(design: DobDesign) -> str:
-    """One column a block."""
-    columns = []
-    for block in design.blocks:
-        values = certificate_object(block.certificate) | {"order": block.observer.order}
-        columns.append([block.name, *(form.format(values[key]) for key, _, form in _ROWS)])
-    labels = [f"{1 / design.dt:g} Hz, delay {design.delay_samples}", *(label for _, label, _ in _ROWS)]
-    widths = [max(map(len, column)) for column in (labels, *columns)]
-    lines = []
-    for label, *cells in zip(labels, *columns, strict=True):
-        aligned = (cell.rjust(width) for cell, width in zip(cells, widths[1:], strict=True))
-        lines.append("  ".join([label.ljust(widths[0]), *aligned]))
-    return "\n".join(lines)

@@ -66,14 +66,17 @@ def run(args: argparse.Namespace) -> int:
         if sys.stderr.isatty() and stage is not Stage.DONE:
             print(f"{url}: {stage.value} …", file=sys.stderr, flush=True)
 
+    def complain(text: str) -> None:
+        print(text, file=sys.stderr, flush=True)
+
     def say(event: "Event") -> None:
-        print(event.text, file=sys.stderr, flush=True)
+        complain(event.text)
 
     with ExitStack() as leaving:
         link = open_link(url)
         leaving.callback(link.close)
         gate = None
-        signing = open_signing(settings, say, leaving, datagrams=url.datagrams)
+        signing = open_signing(settings, say, complain, leaving, datagrams=url.datagrams)
         if signing is not None:
             gate = signing.gate
             link = SigningLink(link, gate)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dob_companion.artifact import DobDesign, check_flyable, loads
-from dob_companion.errors import DesignFileError
+from dob_companion.errors import DesignFileError, DobError, placed
 from dob_companion.files import read_text
 
 
@@ -29,7 +29,10 @@ def run(args: argparse.Namespace) -> int:
     from dob_companion.synthesis import verify
 
     design = loads(read_text(args.design), str(args.design))
-    findings = verify(design)
+    try:
+        findings = verify(design)
+    except DobError as problem:
+        raise placed(problem, str(args.design)) from problem
     unfit = _unfit(design, str(args.design))
     ok = all(finding.agrees for finding in findings) and not unfit
     if args.json:

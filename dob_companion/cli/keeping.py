@@ -4,6 +4,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from queue import SimpleQueue
 
 from dob_companion.cli.signing import Signing, open_signing
 from dob_companion.companion import Companion, CompanionConfig, Event
@@ -24,6 +25,8 @@ class Keeping:
         self.settings = settings
         self._show = show
         self._leaving = leaving
+        self._complaints: SimpleQueue[str] = SimpleQueue()  # of the writers' threads, said by the loop
+        leaving.callback(self._tell)
         self._operator: SettingsKeeper | None = None
         self._signing: Signing | None = None
         if settings.state_directory is not None:
@@ -31,7 +34,9 @@ class Keeping:
 
     def signed(self, link: Link, datagrams: bool) -> Link:
         """The link, behind a signing gate when a key is configured. Raises InputError for a key unfit for use."""
-        self._signing = open_signing(self.settings, self._show, self._leaving, datagrams=datagrams)
+        self._signing = open_signing(
+            self.settings, self._show, self._complaints.put, self._leaving, datagrams=datagrams
+        )
         if self._signing is None:
             return link
         self._leaving.callback(self._signing.tell, float("inf"))
@@ -45,6 +50,11 @@ class Keeping:
         if self._signing is not None:
             self._signing.keep(now)
             self._signing.tell(now)
+        self._tell()
+
+    def _tell(self) -> None:
+        while not self._complaints.empty():
+            self._show(Event(Severity.WARNING, self._complaints.get()))
 
     def _recover(self, directory: Path) -> None:
         values, warning = recover_settings(directory)
@@ -53,6 +63,6 @@ class Keeping:
         if values:
             shown = ", ".join(f"{name} {value:g}" for name, value in values.items())
             self._show(Event.info(f"set by the operator: {shown}"))
-        writer = LatestWriter(directory / SETTINGS, lambda text: self._show(Event(Severity.WARNING, text)))
+        writer = LatestWriter(directory / SETTINGS, self._complaints.put)
         self._operator = SettingsKeeper(self._leaving.enter_context(writer), values)
         self.settings = replace(self.settings, parameters={**self.settings.parameters, **values})

@@ -1,38 +1,45 @@
 """`dob-companion`: one program, one command each file of this room."""
 
 import argparse
-import os
-import sys
 from collections.abc import Sequence
 from types import ModuleType
 
 from dob_companion import __version__
+from dob_companion.cli.console import complain, console
+from dob_companion.cli.extras import remedy
 from dob_companion.errors import DobError, InputError
 
 EXIT_INTERRUPTED = 130
 
-_EXTRA_OF = {"cvxpy": "design", "clarabel": "design", "control": "design", "scipy": "design", "matplotlib": "design"}
-_EXTRA_OF |= {"jinja2": "design", "mavsdk": "mavsdk", "rich": "view", "sitl": "sitl"}
-
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command. Returns its exit code (docs/interfaces.md): 0, 1, 2 or 130."""
+    with console() as verdict:
+        try:
+            return verdict(_run(argv))
+        except SystemExit as leaving:  # of argparse, after help or usage
+            code = leaving.code if isinstance(leaving.code, int) else 0
+            raise SystemExit(verdict(code)) from None
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    command = ""
     try:
         args = parser().parse_args(argv)
+        command = args.command
         code: int = args.run(args)
-        sys.stdout.flush()
     except DobError as problem:
         return _complain(str(problem), problem.exit_code)
     except ModuleNotFoundError as missing:
-        extra = _EXTRA_OF.get((missing.name or "").partition(".")[0])
-        if extra is None:
+        what = remedy(missing, command)
+        if what is None:
             raise
-        return _complain(f"{missing.name} is not installed: pip install 'dob-companion[{extra}]'", InputError.exit_code)
+        return _complain(what, InputError.exit_code)
+    except OSError as problem:  # a disk that is full or gone in the middle of the work
+        where = f"{problem.filename}: " if problem.filename else ""
+        return _complain(f"{where}{problem.strerror or problem}", DobError.exit_code)
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
-    except BrokenPipeError:  # the reader of our output has gone, as in `… | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     return code
 
 
@@ -58,5 +65,5 @@ def command_modules() -> tuple[ModuleType, ...]:
 
 
 def _complain(text: str, code: int) -> int:
-    print(f"dob-companion: {' '.join(text.split())}", file=sys.stderr)
+    complain(text)
     return code

@@ -26,10 +26,13 @@ def run(args: argparse.Namespace) -> int:
     from dob_companion.companion.replay import Replay
     from dob_companion.errors import InputError
     from dob_companion.files import read_text
+    from dob_companion.files.kinds import require_trace
     from dob_companion.files.playback import play
     from dob_companion.files.segments import traces_at
 
     replay = Replay(loads(read_text(args.design), str(args.design)) if args.design else None)
+    if not args.trace.is_dir():
+        require_trace(args.trace)
     paths = traces_at(args.trace)
     differs_in = ""
     torn: list[str] = []

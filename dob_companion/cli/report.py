@@ -4,8 +4,6 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-GZIP_START = b"\x1f\x8b"
-
 
 def add_parser(commands: Any) -> None:
     """Add `report` to the command line."""
@@ -30,8 +28,7 @@ def run(args: argparse.Namespace) -> int:
 
     from dob_companion.files import write_text
 
-    recorded = args.source.is_dir() or _begins_with_gzip(args.source)
-    page, notes = _flight(args.source) if recorded else (_design(args.source), [])
+    page, notes = _flight(args.source) if _is_recorded(args.source) else (_design(args.source), [])
     write_text(args.out, page)
     if args.json:
         print(json.dumps({"written": str(args.out), "notes": notes}))
@@ -40,10 +37,16 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _begins_with_gzip(path: Path) -> bool:
-    from dob_companion.files import read_bytes
+def _is_recorded(path: Path) -> bool:
+    """Whether it is a recorded flight; a design else. Raises InputError for a file that is known to be neither."""
+    from dob_companion.files.kinds import TRACE, kind_of, require_trace
 
-    return read_bytes(path)[:2] == GZIP_START
+    if path.is_dir():
+        return True
+    kind = kind_of(path)
+    if kind not in (TRACE, ""):
+        require_trace(path, " or a design.json")
+    return kind == TRACE
 
 
 def _design(path: Path) -> str:

@@ -23,12 +23,19 @@ class Signing:
     """A gate whose timestamp is kept on disk. The file is closed with `leaving`."""
 
     def __init__(
-        self, key: bytes, directory: Path, show: Callable[[Event], None], leaving: ExitStack, *, datagrams: bool
+        self,
+        key: bytes,
+        directory: Path,
+        show: Callable[[Event], None],
+        complain: Callable[[str], None],
+        leaving: ExitStack,
+        *,
+        datagrams: bool,
     ) -> None:
         self.gate = SigningGate(key, max(recover_timestamp(directory), ticks(time.time())), datagrams=datagrams)
         self._show = show
         self._refused, self._tell_at = 0, 0.0
-        writer = LatestWriter(directory / NAME, lambda text: show(Event(Severity.WARNING, text)))
+        writer = LatestWriter(directory / NAME, complain)
         self._keeper = TimestampKeeper(leaving.enter_context(writer))
         leaving.callback(self.keep, float("inf"))
 
@@ -47,9 +54,15 @@ class Signing:
 
 
 def open_signing(
-    settings: CompanionConfig, show: Callable[[Event], None], leaving: ExitStack, *, datagrams: bool
+    settings: CompanionConfig,
+    show: Callable[[Event], None],
+    complain: Callable[[str], None],
+    leaving: ExitStack,
+    *,
+    datagrams: bool,
 ) -> Signing | None:
-    """The signing that is configured, or None. Raises InputError for a key unfit for use, ConfigError without a place
+    """The signing that is configured, or None. `complain` is called from another thread, about a timestamp that cannot
+    be kept. Raises InputError for a key unfit for use, ConfigError without a place
     for timestamps."""
     if settings.signing_key_file is None:
         return None
@@ -57,4 +70,4 @@ def open_signing(
         raise ConfigError("signing_key_file needs state_directory: timestamps must go on where they ended")
     key = read_key(Path(settings.signing_key_file))
     make_directory(Path(settings.state_directory))
-    return Signing(key, Path(settings.state_directory), show, leaving, datagrams=datagrams)
+    return Signing(key, Path(settings.state_directory), show, complain, leaving, datagrams=datagrams)

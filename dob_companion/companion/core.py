@@ -17,11 +17,12 @@ from dob_companion import __version__
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.config import CompanionConfig
 from dob_companion.companion.dob import LONGEST_BLIND_FADE_S, DobLoop
+from dob_companion.companion.neighbours import Neighbours
 from dob_companion.companion.operator import Operator
 from dob_companion.companion.parameters import Parameters
-from dob_companion.companion.streams import StreamRequests
+from dob_companion.companion.streams import WantedStreams
+from dob_companion.companion.waiting import Waiting
 from dob_companion.mavlink import (
-    AUTOPILOT,
     AppliedMoment,
     Codec,
     CommandAck,
@@ -33,19 +34,17 @@ from dob_companion.mavlink import (
     FlightState,
     GyroSample,
     Heartbeat,
+    Input,
     ParamRead,
     ParamWrite,
     RcChannels,
-    Sender,
     Severity,
     Speaker,
-    StreamRequest,
     TimesyncReply,
     TimesyncRequest,
-    rc_stream,
     sitl_streams,
 )
-from dob_companion.supervisor import State
+from dob_companion.supervisor import State, ages
 
 SILENCE_S = 0.5
 """Wall time without a gyro message after which it is silence. Above the 0.2 s at which a waiting vehicle in lockstep
@@ -106,19 +105,22 @@ class Companion:
         self.newborn: Callable[[], Companion] = lambda: Companion(design, config, now=now, datagrams=datagrams)
         """Builds a companion as this one was before it had heard anything."""
         self.parameters = Parameters(config.parameters)
-        self.loop = DobLoop(design, self.parameters, config.regime)
+        self._new_loop: Callable[[], DobLoop] = lambda: DobLoop(design, self.parameters, config.regime)
+        self.loop = self._new_loop()
         self.load = ComputerLoad()
         self.closed = False
         self._speaker = Speaker(config.correction_message)
         self._codec = Codec(datagrams=datagrams)
         self._operator = Operator(self.parameters, self._speaker)
-        self._streams = StreamRequests(_wanted_streams(design, config))
+        self._streams = WantedStreams(sitl_streams(design.dt, kill_switch=config.regime.kill_channel > 0))
+        self._neighbours = Neighbours()
+        self._waiting = Waiting()
         self._wanted_system = config.system
         self._greeting = f"dob-companion {__version__} design {design.sha256[:8]}"
         self._out: list[bytes] = []
         self._events: list[Event] = []
         self._next_heartbeat = now
-        self._heard_gyro = now
+        self._heard_gyro = self._heard_beat = now
         self._blind_since: float | None = None
         self._blind_sent = 0
         self._close_by = float("inf")
@@ -139,6 +141,8 @@ class Companion:
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + HEARTBEAT_S
             self._each_second(now)
+        for system, component in self.loop.watch.regime.gone(now):
+            self._say(Severity.NOTICE, f"DOB: {system}/{component} gone, not heard for {ages.STRANGER_S:g} s")
         request = self._streams.due(now)
         if request:
             self._out.append(self._speaker.request(request))
@@ -214,15 +218,18 @@ class Companion:
             case GyroSample():
                 self._gyro(fact, now)
             case AppliedMoment():
+                self._streams.heard(Input.MOMENT, fact.stamp_us)
                 self.loop.moment(fact)
             case Heartbeat():
                 self._heartbeat(fact, now)
             case FlightState():
-                self.loop.watch.flight_state(fact)
+                self._streams.heard(Input.FLIGHT_STATE)
+                self.loop.watch.flight_state(fact, now)
             case RcChannels():
-                self.loop.watch.regime.rc_channels(fact.pulses_us)
+                self._streams.heard(Input.RC_CHANNELS)
+                self.loop.watch.regime.rc_channels(fact.pulses_us, now)
             case CorrectionHeard():
-                self._correction_heard(fact)
+                self._correction_heard(fact, now)
             case ParamWrite() | ParamRead():
                 self._out.extend(self._operator.answer(fact))
                 self._events += map(Event.info, self._operator.words())
@@ -233,13 +240,14 @@ class Companion:
             case CommandForUs():
                 self._out.append(self._speaker.unsupported(fact))
             case TimesyncReply():
-                self.loop.round_trip.add(now - fact.ts1_ns * 1e-9)
+                self.loop.round_trip.answered(fact.ts1_ns, now)
             case FileRequest():
                 self._out.append(self._speaker.no_file(fact))
             case TimesyncRequest():
                 self._out.append(self._speaker.timesync(fact, round(now * 1e9)))
 
     def _gyro(self, sample: GyroSample, now: float) -> None:
+        self._streams.heard(Input.GYRO, sample.stamp_us)
         repeat = sample.stamp_us == self.loop.samples.newest_us
         answer = self.loop.gyro(sample, now)
         if answer is None:
@@ -266,30 +274,54 @@ class Companion:
     def _heartbeat(self, beat: Heartbeat, now: float) -> None:
         if not beat.autopilot:
             return
-        if self.vehicle is None and self._wanted_system in (None, beat.system):
+        if beat.system != self.vehicle and self._may_obey(beat.system, now):
             self._meet(beat.system, now)
         if beat.system == self.vehicle:
-            self.loop.watch.regime.heartbeat(beat.armed, now)
-        elif self.vehicle is not None:
-            self.loop.watch.regime.stranger(beat.system, beat.component)
+            self._heard_beat = now
+            self.loop.watch.regime.heartbeat(beat.armed, now, standing_by=beat.standing_by)
+        else:
+            self._stranger(beat.system, beat.component, now)
+
+    def _may_obey(self, system: int, now: float) -> bool:
+        """The vehicle is the configured one, or else the first that is heard, until it has been silent for long."""
+        if self._wanted_system is not None:
+            return system == self._wanted_system
+        silent_s = now - max(self._heard_beat, self._heard_gyro)
+        return self.vehicle is None or (silent_s >= ages.VEHICLE_S and not self.loop.injecting)
 
     def _meet(self, system: int, now: float) -> None:
-        self._codec.system = self._speaker.system = system
+        before, self._codec.system, self._speaker.system = self.vehicle, system, system
+        self._neighbours.we_are(system)
         self._streams.start(now)
         self._say(Severity.INFO, self._greeting)
         self._events.append(Event.info(f"vehicle heard: system {system}"))
+        if before is not None:
+            self._leave(before, now)
 
-    def _correction_heard(self, heard: CorrectionHeard) -> None:
-        """Some autopilots send our own correction back; anybody else's means that two are at work."""
-        if heard.sender == Sender(self._speaker.system, AUTOPILOT):
-            return
-        if not self.loop.watch.echo.ours(heard.stamp_us, heard.correction):
-            self.loop.watch.regime.stranger(heard.sender.system, heard.sender.component)
+    def _leave(self, before: int, now: float) -> None:
+        """Another vehicle in the place of the one `before`: off, and everything is measured anew."""
+        self.parameters.switch_off()
+        state, echo, closing = self.loop.state, self.loop.watch.echo, self.loop.closing
+        self.loop = self._new_loop()
+        self.loop.watch.echo, self.loop.closing = echo, closing  # what we sent stays ours
+        self.parameters.publish_state(self.loop.state)
+        self._heard_gyro, self._answered, self._blind_since = now, None, None
+        self._out.append(self._operator.value("DOB_ENABLE"))
+        self._say(Severity.WARNING, f"DOB: system {before} silent for {ages.VEHICLE_S:g} s, obey {self.vehicle}")
+        if state is not self.loop.state:
+            self._say(Severity.NOTICE, f"DOB {self.loop.state.name}: another vehicle")
+
+    def _correction_heard(self, heard: CorrectionHeard, now: float) -> None:
+        if self._neighbours.injects(heard, self.loop.watch.echo):
+            self._stranger(heard.sender.system, heard.sender.component, now)
+
+    def _stranger(self, system: int, component: int, now: float) -> None:
+        if self.loop.watch.regime.stranger(system, component, now):
+            self._say(Severity.WARNING, f"DOB: another controller on the link: {system}/{component}")
 
     def _acknowledged(self, ack: CommandAck, now: float) -> None:
-        request = self._streams.answered(ack, now)
-        if request and not ack.accepted:
-            self._say(Severity.WARNING, f"DOB: {request.name} refused ({ack.result})"[:50])
+        if refused := self._streams.answered(ack, now):
+            self._say(Severity.WARNING, f"DOB: {refused}"[:50])
 
     # Time -----------------------------------------------------------------------------------------------------
 
@@ -299,11 +331,15 @@ class Companion:
         self._events += map(Event.info, self._operator.words())
         if self.vehicle is None:
             return
-        self._out.append(self._speaker.ask_time(round(now * 1e9)))
-        self._out.append(self._speaker.computer_status(self.loop.samples.newest_us or 0, self.load))
-        rate = self.loop.gate.rate
-        if now - self._heard_gyro >= SILENCE_S or (rate.full and rate.hz < 0.95 / self.loop.dt):
-            self._streams.renew(now)
+        newest_us = self.loop.samples.newest_us or 0
+        asked_ns = round(now * 1e9)
+        self.loop.round_trip.asked(asked_ns)
+        self._out.append(self._speaker.ask_time(asked_ns))
+        self._out.append(self._speaker.computer_status(newest_us, self.load))
+        self.loop.round_trip.forget(now)
+        for words in self._streams.judge(now, newest_us * 1e-6, silent=now - self._heard_gyro >= SILENCE_S):
+            self._say(Severity.WARNING, f"DOB: {words}"[:50])
+        self._say_what_is_waited_for(now)
 
     @property
     def _patience(self) -> float:
@@ -338,14 +374,19 @@ class Companion:
 
     def _report(self) -> None:
         for change in self.loop.take_transitions():
+            self._waiting.said(change.reason)
             severity = Severity.CRITICAL if change.target is State.FAULT else Severity.NOTICE
             self._say(severity, f"DOB {change.target.name}: {change.reason}")
+
+    def _say_what_is_waited_for(self, now: float) -> None:
+        state = self.loop.state
+        if state in (State.WAITING, State.TRACKING):
+            why = self._waiting.news(self.loop.why, now)
+            if why:
+                self._say(Severity.NOTICE, f"DOB {state.name}: {why}")
+        elif state is not State.RAMP_OUT:  # whose reason has just been said
+            self._waiting.over()
 
     def _say(self, severity: Severity, text: str) -> None:
         self._out.append(self._speaker.text(severity, text))
         self._events.append(Event(severity, text))
-
-
-def _wanted_streams(design: DobDesign, config: CompanionConfig) -> tuple[StreamRequest, ...]:
-    kill_switch = (rc_stream(),) if config.regime.kill_channel else ()
-    return sitl_streams(design.dt) + kill_switch

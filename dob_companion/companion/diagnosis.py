@@ -11,7 +11,7 @@ from dob_companion.artifact import DobDesign
 from dob_companion.companion.listening import Listening
 from dob_companion.companion.streamlog import StreamLog
 from dob_companion.mavlink.signing import Signature
-from dob_companion.supervisor import RoundTrip
+from dob_companion.supervisor import percentile
 
 FULL_RATE = 0.95
 """Share of the design's rate that the companion needs before it injects."""
@@ -136,6 +136,9 @@ def _who(heard: Listening) -> Iterator[Finding]:
     if heard.listener.bad:
         text = f"{heard.listener.bad} pieces of garbage"
         yield Finding(Verdict.NOTE, "link", text, "wiring, baud rate, or another protocol on the same link")
+    if heard.listener.echoes:
+        text = f"{heard.listener.echoes} messages of our own came back"
+        yield Finding(Verdict.NOTE, "link", text, "a loop in the routing, or a line whose ends are joined")
 
 
 def _signing(heard: Listening) -> Iterator[Finding]:
@@ -274,14 +277,11 @@ def _drift(stream: StreamLog) -> Iterator[Finding]:
 def _delay(heard: Listening, rate_hz: float, design: DobDesign | None) -> Iterator[Finding]:
     delay, margin = _designed_for(design)
     whose = "the design" if design else "a design for one sample"
-    trips = RoundTrip()
-    for seconds in heard.round_trips_s:
-        trips.add(seconds)
     if not heard.round_trips_s:
         text = f"none of {heard.asked_time} TIMESYNC was answered: the delay is not known"
         yield Finding(Verdict.MISSING, "delay", text, "let TIMESYNC through to the autopilot (a router may keep it)")
     else:
-        median, p95 = (1e3 * trips.percentile(share) for share in (0.5, 0.95))
+        median, p95 = (1e3 * percentile(heard.round_trips_s, share) for share in (0.5, 0.95))
         samples = [1 + math.floor(1e-3 * ms * rate_hz) for ms in (median, p95)]
         text = (
             f"TIMESYNC round trip {median:.1f} ms in the median, {p95:.1f} ms at 95 %: corrections {samples[0]} and "

@@ -113,8 +113,10 @@ class DobLoop:
             self.samples.spoil_gyro(sample.stamp_us)
             return self._spoiled(sample.stamp_us, "gyro rate not finite")
         arrived = self.samples.gyro(sample.stamp_us, sample.rates)
+        self.watch.regime.vehicle_time(sample.stamp_us * 1e-6)
         if arrived.arrival is Arrival.RESTART:
             self.gate.clear()
+            self.watch.regime.forget()
             self._start_anew("vehicle clock jumped back")
         if arrived.arrival is Arrival.GAP:
             self._start_anew("gap in samples" if self.answer else "observer settling")
@@ -177,7 +179,9 @@ class DobLoop:
         self.silent()
         if last:
             self.shaper.drop()
-        return self._reply(stamp_us)
+        answer = self._reply(stamp_us)
+        self.watch.echo.sent(stamp_us, answer.correction)
+        return answer
 
     def _reply(self, stamp_us: int) -> Answer:
         self._judge()
@@ -243,6 +247,7 @@ class DobLoop:
     def _spoiled(self, stamp_us: int, why: str) -> Answer:
         self._fail(why)
         self.answer = self._reply(stamp_us)
+        self.watch.echo.sent(stamp_us, self.answer.correction)
         return self.answer
 
     def _fail(self, why: str) -> None:

@@ -26,12 +26,12 @@ from dob_companion.mavlink import (
 )
 from dob_companion.mavlink.listener import Heard, Listener, Presence, stream_request
 from dob_companion.mavlink.signing import Signature, SigningGate
-from dob_companion.supervisor import AxisCheck
+from dob_companion.supervisor import AxisCheck, RoundTrip
 
 HEARTBEAT_S = 1.0
 TIMESYNC_S = 0.1
-PATIENCE_S = 2.5
-"""Wall time for an answer to a request, one repetition included; then it counts as unanswered."""
+TRIES = 2
+"""How often a stream is asked for; then the request counts as unanswered."""
 
 SETTLING_S = 1.0
 """Wall time after the last request before anything is measured: rates change, and queues run empty."""
@@ -86,9 +86,9 @@ class Listening:
         self.check = AxisCheck(design) if design else None
         self.listener = Listener(datagrams=datagrams, gate=gate)
         self._dt, self._seconds = dt, seconds
+        self._round_trip = RoundTrip()
         self._codec, self._speaker = Codec(datagrams=datagrams), Speaker()
-        self._requests: StreamRequests | None = None
-        self._open_until = float("inf")
+        self._requests = StreamRequests(TRIES)
         self._until = now + seconds
         self._next_beat = now
         self._next_timesync = float("inf")
@@ -102,7 +102,7 @@ class Listening:
         """Take bytes from the link."""
         for heard in self.listener.hear(data):
             if isinstance(heard, Presence):
-                self._present(heard, now)
+                self._present(heard)
             else:
                 self._heard(heard, now)
         for fact in self._codec.facts(data):
@@ -115,8 +115,9 @@ class Listening:
             self._out.append(self._speaker.heartbeat(fault=False))
         if now >= self._next_timesync:
             self._next_timesync = now + TIMESYNC_S
-            self.asked_time += self.stage is Stage.MEASURING
-            self._out.append(self._speaker.ask_time(round(now * 1e9)))
+            self.asked_time += 1
+            self._round_trip.asked(asked_ns := round(now * 1e9))
+            self._out.append(self._speaker.ask_time(asked_ns))
         if self.stage is Stage.ASKING:
             self._ask(now)
         elif now >= self._until:
@@ -125,12 +126,14 @@ class Listening:
     def bytes_to_send(self) -> list[bytes]:
         """Messages to send, oldest first; each call empties the list."""
         out, self._out = self._out, []
+        for message in out:
+            self.listener.said(message)
         return out
 
     def next_deadline(self) -> float:
         """When `advance` must be called even if nothing comes in."""
-        asking = self._requests.deadline if self._requests and self.stage is Stage.ASKING else float("inf")
-        return min(self._next_beat, self._next_timesync, self._until, asking, self._open_until)
+        asking = self._requests.deadline if self.stage is Stage.ASKING else float("inf")
+        return min(self._next_beat, self._next_timesync, self._until, asking)
 
     # Stages ---------------------------------------------------------------------------------------------------
 
@@ -143,26 +146,22 @@ class Listening:
         """A stream of the autopilot."""
         return self.streams.get((Sender(self.system, 1), name)) if self.system is not None else None
 
-    def _present(self, presence: Presence, now: float) -> None:
+    def _present(self, presence: Presence) -> None:
         self.presences[presence.sender] = presence
         if self.system is None and presence.make:
             self.system = self._codec.system = self._speaker.system = presence.sender.system
             names = WANTED.get(presence.make, ALWAYS_WANTED)
             self.answers = dict.fromkeys(names)
-            self._requests = StreamRequests(tuple(stream_request(name, round(1e6 * self._dt)) for name in names))
-            self._requests.start(now)
-            self.stage, self._until, self._open_until = Stage.ASKING, float("inf"), now + PATIENCE_S
+            for name in names:
+                self._requests.ask(stream_request(name, round(1e6 * self._dt)))
+            self.stage, self._until = Stage.ASKING, float("inf")
 
     def _ask(self, now: float) -> None:
-        assert self._requests is not None
-        if now >= self._open_until:
-            self._requests.give_up(now)
-            self._open_until = now + PATIENCE_S
         request = self._requests.due(now)
         if request:
             self._out.append(self._speaker.request(request))
         elif self._requests.deadline == float("inf"):
-            self.stage, self._until, self._open_until = Stage.SETTLING, now + SETTLING_S, float("inf")
+            self.stage, self._until = Stage.SETTLING, now + SETTLING_S
 
     def _next_stage(self, now: float) -> None:
         if self.stage is Stage.SETTLING:
@@ -190,17 +189,21 @@ class Listening:
             case CorrectionHeard():
                 self.correctors.add(fact.sender)
             case TimesyncReply() if self.stage is Stage.MEASURING:
-                self.round_trips_s.append(now - fact.ts1_ns * 1e-9)
+                self._time_told(fact, now)
             case GyroSample() if self.stage is Stage.MEASURING:
                 self._sample(fact)
             case AppliedMoment() if self.stage is Stage.MEASURING:
                 self._moment(fact)
 
     def _acknowledged(self, ack: CommandAck, now: float) -> None:
-        request = self._requests.answered(ack, now) if self._requests else None
+        request = self._requests.answered(ack, now)
         if request:
             self.answers[request.name] = ack.accepted
-            self._open_until = now + PATIENCE_S
+
+    def _time_told(self, reply: TimesyncReply, now: float) -> None:
+        seconds = self._round_trip.answered(reply.ts1_ns, now)
+        if seconds is not None:
+            self.round_trips_s.append(seconds)
 
     def _sample(self, sample: GyroSample) -> None:
         self._gyro = sample

@@ -46,6 +46,10 @@ class Operator:
         asked = -1 if fact.index is None else fact.index
         return self._refused(fact.sender, fact.addressed, fact.name, asked, ParamRefusal.DOES_NOT_EXIST)
 
+    def value(self, name: str) -> bytes:
+        """A parameter of ours as it stands, for everybody."""
+        return self._value([spec.name for spec in PARAMETERS].index(name))
+
     def _written(self, write: ParamWrite) -> list[bytes]:
         index = self._parameters.find(write.name, None)
         before = None if index is None else self._parameters[write.name]

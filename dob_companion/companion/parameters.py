@@ -84,6 +84,11 @@ class Parameters:
         """Set the read-only DOB_STATE."""
         self._values["DOB_STATE"] = float(state)
 
+    def switch_off(self) -> None:
+        """Take the operator's wish back: it was meant for another vehicle."""
+        self._values["DOB_ENABLE"] = 0.0
+        self.settings = Settings.of(self._values)
+
     def find(self, name: str, index: int | None) -> int | None:
         """Index of a parameter asked for by name or by index; None when there is none."""
         if index is not None:

@@ -34,12 +34,9 @@ class Watch:
         self._saturation = Saturation(design.dt)
         self._due: list[Inputs] = []
 
-    def flight_state(self, state: FlightState) -> None:
-        """In the air, on the ground, in forward flight."""
-        if state.from_heartbeat:
-            self.regime.heartbeat_says(on_ground=state.landed_state == 1)
-            return
-        self.regime.state(_LANDED_STATES.get(state.landed_state, Air.UNKNOWN), state.forward)
+    def flight_state(self, state: FlightState, now: float) -> None:
+        """In the air, on the ground, in forward flight; told at wall time `now`, s."""
+        self.regime.state(_LANDED_STATES.get(state.landed_state, Air.UNKNOWN), state.forward, now)
 
     def finished(self, inputs: tuple[Inputs, ...]) -> None:
         """Finished grid intervals, to be looked at when there is time."""

@@ -7,12 +7,15 @@ from pathlib import Path
 from dob_companion.errors import InputError
 from dob_companion.files.atomic import write_text
 
+PATIENCE_S = 3.0
+"""How long leaving waits for a disk."""
+
 
 class LatestWriter:
     """Keeps a file at the newest text put, in a thread of its own: the loop hands it over and goes on.
 
-    A failure is said once, through `complain`, until a write succeeds again. Enter it before real-time scheduling is
-    asked for, since a thread inherits that; leaving it writes what is left.
+    A failure is said once, through `complain` in that thread, until a write succeeds again. Enter it before real-time
+    scheduling is asked for, since a thread inherits that; leaving it writes what is left, if the disk still moves.
     """
 
     def __init__(self, path: Path, complain: Callable[[str], None]) -> None:
@@ -32,7 +35,7 @@ class LatestWriter:
         with self._changed:
             self._closed = True
             self._changed.notify()
-        self._thread.join()
+        self._thread.join(PATIENCE_S)
 
     def put(self, text: str) -> None:
         """The file is to hold this text; one that has not been written yet is replaced."""

@@ -9,17 +9,45 @@ import os
 import select
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+
+from dob_companion.errors import InputError
 
 PIPE_BYTES = 1 << 20
 """What an unprivileged process may ask for (/proc/sys/fs/pipe-max-size): many seconds of flight."""
+
+
+class WholePieces:
+    """Gives pieces to `write`, which returns how many bytes were taken: each whole or not at all."""
+
+    def __init__(self, write: Callable[[bytes], int]) -> None:
+        self._write = write
+        self._rest = b""
+
+    def send(self, data: bytes) -> bool:
+        """Whether the piece was taken; when only a part could be, the rest of it goes first the next time."""
+        if not self.finish():
+            return False
+        written = self._write(data)
+        self._rest = data[written:] if written else b""
+        return written > 0
+
+    def finish(self) -> bool:
+        """Go on with what has begun; whether nothing of it is left."""
+        while self._rest and (written := self._write(self._rest)):
+            self._rest = self._rest[written:]
+        return not self._rest
+
+    def forget(self) -> None:
+        """What has begun can never be finished."""
+        self._rest = b""
 
 
 class ProcessPipe:
     """Starts `python -m MODULE ARGUMENTS…` and holds the writing end of its standard input.
 
     The process inherits standard error and the descriptors `keep`, and leaves when its input ends. The pipe takes
-    `size` bytes where the system grants it.
+    `size` bytes where the system grants it. Raises InputError, one line, when the process cannot be started.
     """
 
     def __init__(
@@ -29,15 +57,20 @@ class ProcessPipe:
         os.set_blocking(self._fd, False)
         with contextlib.suppress(OSError):
             fcntl.fcntl(self._fd, fcntl.F_SETPIPE_SZ, size)
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", module, *arguments],
-            stdin=reading,
-            stdout=subprocess.DEVNULL,
-            pass_fds=keep,
-            start_new_session=True,  # Ctrl-C is the daemon's; the process leaves when the daemon has
-        )
-        os.close(reading)
-        self._rest = b""
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", module, *arguments],
+                stdin=reading,
+                stdout=subprocess.DEVNULL,
+                pass_fds=keep,
+                start_new_session=True,  # Ctrl-C is the daemon's; the process leaves when the daemon has
+            )
+        except OSError as problem:
+            os.close(self._fd)
+            raise InputError(f"{module}: its process cannot be started: {problem.strerror}") from None
+        finally:
+            os.close(reading)
+        self._pieces = WholePieces(self._write)
         self.broken = False
 
     @property
@@ -47,35 +80,26 @@ class ProcessPipe:
 
     def send(self, data: bytes) -> bool:
         """Hand data over, or nothing of it: False when there is no room or, with `broken`, nobody to read it."""
-        if self.broken or not self._finish():
-            return False
-        written = self._write(data)
-        if written:
-            self._rest = data[written:]
-        return written > 0
+        return not self.broken and self._pieces.send(data)
 
     def close(self, patience_s: float) -> None:
         """Hand over what has begun and let the process end; each takes `patience_s` at most."""
-        if self._rest and not self.broken:
+        if not self.broken and not self._pieces.finish():
             select.select([], [self._fd], [], patience_s)
-            self._finish()
+            self._pieces.finish()
         os.close(self._fd)
         self.broken = True
         with contextlib.suppress(subprocess.TimeoutExpired):  # a dead disk must not keep the daemon from leaving
             self._process.wait(patience_s)
-
-    def _finish(self) -> bool:
-        while self._rest and (written := self._write(self._rest)):
-            self._rest = self._rest[written:]
-        return not self._rest
 
     def _write(self, data: bytes) -> int:
         try:
             return os.write(self._fd, data)
         except BlockingIOError:
             return 0
-        except BrokenPipeError:
-            self.broken, self._rest = True, b""
+        except OSError:
+            self.broken = True
+            self._pieces.forget()
             return 0
 
 

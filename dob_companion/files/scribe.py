@@ -10,6 +10,7 @@ that this process reads to its end; and the pipe itself is the bounded queue.
 import contextlib
 import json
 import os
+import select
 import signal
 import sys
 import time
@@ -226,8 +227,10 @@ def _read() -> bytes | None:
 
 
 def _say(text: str) -> None:
+    """One line, unless nobody takes what stands on standard error already: recording waits for a disk, not for that."""
     with contextlib.suppress(OSError):
-        print(f"recorder: {text}", file=sys.stderr, flush=True)
+        if select.select([], [sys.stderr], [], 0.0)[1]:
+            print(f"recorder: {text}", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """The only room that knows a MAVLink field: bytes to plain facts, and plain intentions to bytes. Pure."""
 
-from dob_companion.mavlink.codec import AUTOPILOT, Codec, WireCounters
+from dob_companion.mavlink.codec import AUTOPILOT, COMPANION, Codec, WireCounters
 from dob_companion.mavlink.facts import (
     AppliedMoment,
     CommandAck,
@@ -11,6 +11,7 @@ from dob_companion.mavlink.facts import (
     FlightState,
     GyroSample,
     Heartbeat,
+    Input,
     ParamRead,
     ParamWrite,
     RcChannels,
@@ -26,12 +27,12 @@ from dob_companion.mavlink.speaker import (
     Speaker,
     StreamRequest,
     is_correction,
-    rc_stream,
     sitl_streams,
 )
 
 __all__ = [
     "AUTOPILOT",
+    "COMPANION",
     "CORRECTION_MESSAGES",
     "AppliedMoment",
     "Codec",
@@ -44,6 +45,7 @@ __all__ = [
     "FlightState",
     "GyroSample",
     "Heartbeat",
+    "Input",
     "ParamRead",
     "ParamRefusal",
     "ParamWrite",
@@ -56,6 +58,5 @@ __all__ = [
     "TimesyncRequest",
     "WireCounters",
     "is_correction",
-    "rc_stream",
     "sitl_streams",
 ]

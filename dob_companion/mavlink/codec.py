@@ -84,10 +84,10 @@ class Codec:
 
     def _parsed(self, data: bytes) -> Iterator[Fact]:
         for message in self._messages(data):
-            for read in _READERS.get(message.get_msgId(), ()):
-                fact = read(self, message)
-                if fact is not None:
-                    yield fact
+            read = _READERS.get(message.get_msgId())
+            fact = read(self, message) if read else None
+            if fact is not None:
+                yield fact
         if self._datagrams and self._parser.buf_len() > 0:  # a torn message must not swallow the next datagram
             self._bad()
 
@@ -162,13 +162,8 @@ def _heartbeat(_codec: Codec, m: Any) -> Fact | None:
         m.get_srcComponent(),
         autopilot=m.autopilot != mav.MAV_AUTOPILOT_INVALID and m.get_srcComponent() == AUTOPILOT,
         armed=bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED),
+        standing_by=m.system_status in _ON_GROUND,
     )
-
-
-def _standing(codec: Codec, m: Any) -> Fact | None:
-    if m.get_srcSystem() != codec.system or m.get_srcComponent() != AUTOPILOT:
-        return None
-    return FlightState(int(m.system_status in _ON_GROUND), False, from_heartbeat=True)
 
 
 def _flight_state(codec: Codec, m: Any) -> Fact | None:
@@ -212,7 +207,8 @@ def _param_set(codec: Codec, m: Any) -> Fact | None:
 
 
 def _command_ack(codec: Codec, m: Any) -> Fact | None:
-    if m.target_component not in (0, COMPANION) or not codec.from_autopilot(m):
+    """IN_PROGRESS is neither yes nor no: the answer is still to come."""
+    if not codec.for_us(m) or m.result == mav.MAV_RESULT_IN_PROGRESS or not codec.from_autopilot(m):
         return None
     return CommandAck(m.command, m.result == mav.MAV_RESULT_ACCEPTED, m.result)
 
@@ -236,20 +232,20 @@ def _timesync(codec: Codec, m: Any) -> Fact | None:
     return TimesyncRequest(m.ts1) if m.tc1 == 0 else TimesyncReply(m.ts1)
 
 
-_READERS: dict[int, tuple[Callable[[Codec, Any], Fact | None], ...]] = {
-    mav.MAVLINK_MSG_ID_HIGHRES_IMU: (_gyro,),
-    mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET: (_moment,),
-    mav.MAVLINK_MSG_ID_HEARTBEAT: (_heartbeat, _standing),
-    mav.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: (_flight_state,),
-    mav.MAVLINK_MSG_ID_RC_CHANNELS: (_rc_channels,),
-    mav.MAVLINK_MSG_ID_DEBUG_VECT: (_debug_vect,),
-    mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET: (_actuator_target,),
-    mav.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: (_param_list,),
-    mav.MAVLINK_MSG_ID_PARAM_REQUEST_READ: (_param_read,),
-    mav.MAVLINK_MSG_ID_PARAM_SET: (_param_set,),
-    mav.MAVLINK_MSG_ID_COMMAND_ACK: (_command_ack,),
-    mav.MAVLINK_MSG_ID_COMMAND_LONG: (_command,),
-    mav.MAVLINK_MSG_ID_COMMAND_INT: (_command,),
-    mav.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: (_file_request,),
-    mav.MAVLINK_MSG_ID_TIMESYNC: (_timesync,),
+_READERS: dict[int, Callable[[Codec, Any], Fact | None]] = {
+    mav.MAVLINK_MSG_ID_HIGHRES_IMU: _gyro,
+    mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET: _moment,
+    mav.MAVLINK_MSG_ID_HEARTBEAT: _heartbeat,
+    mav.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _flight_state,
+    mav.MAVLINK_MSG_ID_RC_CHANNELS: _rc_channels,
+    mav.MAVLINK_MSG_ID_DEBUG_VECT: _debug_vect,
+    mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET: _actuator_target,
+    mav.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: _param_list,
+    mav.MAVLINK_MSG_ID_PARAM_REQUEST_READ: _param_read,
+    mav.MAVLINK_MSG_ID_PARAM_SET: _param_set,
+    mav.MAVLINK_MSG_ID_COMMAND_ACK: _command_ack,
+    mav.MAVLINK_MSG_ID_COMMAND_LONG: _command,
+    mav.MAVLINK_MSG_ID_COMMAND_INT: _command,
+    mav.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: _file_request,
+    mav.MAVLINK_MSG_ID_TIMESYNC: _timesync,
 }

@@ -1,10 +1,20 @@
 """What the companion takes from the wire, without a trace of MAVLink. Stamps µs of the vehicle's clock."""
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import NamedTuple
 
 Axes3 = tuple[float, float, float]
 """Roll, pitch, yaw in hover axes."""
+
+
+class Input(Enum):
+    """What the companion needs of the vehicle, whichever message brings it."""
+
+    GYRO = "gyro"
+    MOMENT = "applied moment"
+    FLIGHT_STATE = "flight state"
+    RC_CHANNELS = "RC channels"
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,25 +49,23 @@ class AppliedMoment:
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """Somebody is alive. `autopilot` is True for a flight controller."""
+    """Somebody is alive. `autopilot` is True for a flight controller; `standing_by` means that it says that it does not
+    fly (False may mean either)."""
 
     system: int
     component: int
     autopilot: bool
     armed: bool
+    standing_by: bool
 
 
 @dataclass(frozen=True, slots=True)
 class FlightState:
     """EXTENDED_SYS_STATE: landed_state (0 unknown, 1 on ground, 2 in air, 3 taking off, 4 landing), and whether a VTOL
-    is in forward flight or in transition.
-
-    `from_heartbeat` marks the little that HEARTBEAT's system_status tells of it: 1 on ground, or 0 unknown.
-    """
+    is in forward flight or in transition."""
 
     landed_state: int
     forward: bool
-    from_heartbeat: bool = False
 
 
 @dataclass(frozen=True, slots=True)

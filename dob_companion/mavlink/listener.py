@@ -18,6 +18,8 @@ _MAKES = {
     mav.MAV_AUTOPILOT_GENERIC: "generic",
 }
 OTHER_MAKE = "other"
+MOST_SAID = 1024
+"""Own messages that are remembered. Another that speaks as we do has our sequence numbers by chance, not always."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,20 +45,31 @@ class Presence:
 
 
 class Listener:
-    """Reads all messages of the common dialect; `bad` counts pieces of garbage, `unknown` messages without a name.
+    """Reads all messages of the common dialect; `bad` counts pieces of garbage, `unknown` messages without a name,
+    `echoes` messages of our own that the link has sent back, which are nobody's.
 
     With a gate signatures are judged, and no message is kept back for its own.
     """
 
     def __init__(self, *, datagrams: bool = True, gate: SigningGate | None = None) -> None:
         self._gate = gate
-        self.bad = self.unknown = 0
+        self.bad = self.unknown = self.echoes = 0
+        self._said: dict[bytes, None] = {}
         self._datagrams = datagrams
         self._parser = _parser()
+
+    def said(self, message: bytes) -> None:
+        """We send this message."""
+        self._said[_content(message)] = None
+        if len(self._said) > MOST_SAID:
+            del self._said[next(iter(self._said))]
 
     def hear(self, data: bytes) -> Iterator[Heard | Presence]:
         """What `data` says: one datagram, or any piece of a byte stream."""
         for message in self._messages(data):
+            if _content(bytes(message.get_msgbuf())) in self._said:
+                self.echoes += 1
+                continue
             number = message.get_msgId()
             if number == mav.MAVLINK_MSG_ID_HEARTBEAT:
                 yield _presence(message)
@@ -95,6 +108,11 @@ class Listener:
 def stream_request(name: str, interval_us: int) -> StreamRequest:
     """A message of the common dialect wanted at an interval; 0 stands for the vehicle's own default."""
     return StreamRequest(name, getattr(mav, f"MAVLINK_MSG_ID_{name}"), interval_us)
+
+
+def _content(frame: bytes) -> bytes:
+    """What a MAVLink 2 frame says, with its sequence number and its sender, but without what signing changes."""
+    return frame[4 : 10 + frame[1]]
 
 
 def _parser() -> Any:

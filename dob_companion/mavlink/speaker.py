@@ -8,7 +8,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.mavlink.codec import AUTOPILOT, COMPANION, CORRECTION_GROUP, CORRECTION_NAME
-from dob_companion.mavlink.facts import CommandForUs, FileRequest, Sender, TimesyncRequest
+from dob_companion.mavlink.facts import CommandForUs, FileRequest, Input, Sender, TimesyncRequest
 from dob_companion.mavlink.frame import write_frame
 from dob_companion.mavlink.ftp import refusal
 
@@ -57,27 +57,26 @@ class ComputerLoad:
 
 @dataclass(frozen=True, slots=True)
 class StreamRequest:
-    """A message wanted at an interval, by its MAVLink name for people and its number for the wire."""
+    """A message wanted at an interval, by its MAVLink name for people and its number for the wire; and what it brings,
+    where that is watched."""
 
     name: str
     message: int
     interval_us: int
+    brings: Input | None = None
     command: int = mav.MAV_CMD_SET_MESSAGE_INTERVAL
 
 
-def sitl_streams(dt: float) -> tuple[StreamRequest, ...]:
-    """What the `sitl` profile needs at the design's rate."""
-    interval = round(1e6 * dt)
-    return (
-        StreamRequest("HIGHRES_IMU", mav.MAVLINK_MSG_ID_HIGHRES_IMU, interval),
-        StreamRequest("ACTUATOR_CONTROL_TARGET", mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET, interval),
-        StreamRequest("EXTENDED_SYS_STATE", mav.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, SLOW_INTERVAL_US),
+def sitl_streams(dt: float, *, kill_switch: bool) -> tuple[StreamRequest, ...]:
+    """What the `sitl` profile needs at the design's rate, with RC channels where one of them is a kill switch."""
+    full, slow = round(1e6 * dt), SLOW_INTERVAL_US
+    streams = (
+        StreamRequest("HIGHRES_IMU", mav.MAVLINK_MSG_ID_HIGHRES_IMU, full, Input.GYRO),
+        StreamRequest("ACTUATOR_CONTROL_TARGET", mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET, full, Input.MOMENT),
+        StreamRequest("EXTENDED_SYS_STATE", mav.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, slow, Input.FLIGHT_STATE),
     )
-
-
-def rc_stream() -> StreamRequest:
-    """What a kill switch needs besides."""
-    return StreamRequest("RC_CHANNELS", mav.MAVLINK_MSG_ID_RC_CHANNELS, SLOW_INTERVAL_US)
+    rc_channels = StreamRequest("RC_CHANNELS", mav.MAVLINK_MSG_ID_RC_CHANNELS, slow, Input.RC_CHANNELS)
+    return (*streams, rc_channels) if kill_switch else streams
 
 
 class Speaker:

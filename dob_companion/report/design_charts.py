@@ -50,7 +50,7 @@ def pole_zero_map(key: str, plant: Roots, observer: Roots, closed_loop: Complex)
 
 def time_response(key: str, what: str, r: TimeResponse) -> Chart:
     """Body rate off and on above, the disturbance and the estimate that acts against it below."""
-    x = Scale("time", "s", 0.0, float(np.round(r.t[-1], 1)))
+    x = Scale("time", "s", 0.0, len(r.t) * float(r.t[1]))
     low, high = _room([r.rate_off, r.rate_on])
     rate = Scale("body rate", "rad/s", low, high)
     low, high = _room([r.d, r.d_hat])

@@ -30,8 +30,6 @@ from dob_companion.synthesis.tuning import Tuning
 _TEST_MOMENT = 0.1
 """Size of the step and the gust, normalized torque."""
 
-_TEST_S = 2.0
-
 
 @dataclass(frozen=True, slots=True)
 class BlockSection:
@@ -222,7 +220,7 @@ def _margin_figures(
         of = f" ({axis})" if len(block.axes) > 1 else ""
         hertz = axes[i].of.frequency_hz
         off, on = (open_loop(loop, i, hertz, loops.dt) for loop in (loops.off, loops.on))
-        margin = axis_disk_margin(block, i)
+        margin, gust = axis_disk_margin(block, i), gust_response(loops, i, _TEST_MOMENT)
         found += [
             figure(
                 design_charts.nyquist(f"{key}-nyquist{i}", hertz, off, on, margin),
@@ -231,16 +229,15 @@ def _margin_figures(
                 f"{number(margin, 3)}: the curve with the observer stays out of it.",
             ),
             figure(
-                design_charts.time_response(
-                    f"{key}-step{i}", "step", step_response(loops, i, _TEST_MOMENT, _TEST_S / 2.0)
-                ),
+                design_charts.time_response(f"{key}-step{i}", "step", step_response(loops, i, _TEST_MOMENT)),
                 f"Step{of}.",
                 f"A disturbance of {_TEST_MOMENT:g} that begins at t = 0; rate loop closed, no attitude loop.",
             ),
             figure(
-                design_charts.time_response(f"{key}-gust{i}", "gust", gust_response(loops, i, _TEST_MOMENT, _TEST_S)),
+                design_charts.time_response(f"{key}-gust{i}", "gust", gust),
                 f"Gust{of}.",
-                f"A gust of the shape ½ (1 − cos) that lasts 1 s and reaches {_TEST_MOMENT:g}.",
+                f"A gust of the shape ½ (1 − cos) that lasts {number(len(gust.t) // 2 * loops.dt, 3)} s and reaches "
+                f"{_TEST_MOMENT:g}.",
             ),
         ]
     found.append(

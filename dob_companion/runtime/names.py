@@ -4,7 +4,7 @@ import socket
 from typing import Any
 
 from dob_companion.errors import LinkBusyError
-from dob_companion.runtime.urls import LinkUrl
+from dob_companion.runtime.urls import FORMS, LinkUrl
 
 
 def addresses(url: LinkUrl, kind: socket.SocketKind) -> list[tuple[socket.AddressFamily, Any]]:
@@ -20,4 +20,6 @@ def addresses(url: LinkUrl, kind: socket.SocketKind) -> list[tuple[socket.Addres
         reason = "it is no host name"
     else:
         return [(family, address) for family, _, _, _, address in found]
-    raise LinkBusyError(f"link {url}: cannot be opened: host {url.target!r} cannot be resolved: {reason}")
+    raise LinkBusyError(
+        f"link {url}: cannot be opened: host {url.target!r} cannot be resolved: {reason}; expected {FORMS}"
+    )

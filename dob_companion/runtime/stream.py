@@ -23,11 +23,16 @@ class OutgoingLink:
         self._told, self._tell_at = 0, 0.0
 
     def write(self, *messages: bytes) -> None:
-        """Send messages, whole and the corrections first; what the line does not take waits, or is dropped."""
-        if self._up():
+        """Send messages in order. What the line does not take waits, the newest correction first, or is dropped."""
+        if not messages or not self._up():
+            return
+        try:
+            room = self._room()
             for message in messages:
                 self._outbox.put(message)
-            self.flush()
+                room -= self._outbox.flush(self._send, room)
+        except OSError as problem:
+            self._fail(problem)
 
     def flush(self) -> bool:
         """Send what waits, as far as the line takes it; whether something still waits."""

@@ -9,7 +9,7 @@ from dob_companion.errors import LinkUrlError
 
 _SAME = {"udp": "udpin", "tcpout": "tcp"}
 _NETWORK = ("udpin", "udpout", "tcp")
-_FORMS = "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD"
+FORMS = "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD"
 _LOOPBACK = "127.0.0.1"
 _TCP_PORT = 5760
 _FASTEST_BAUD = 4_000_000
@@ -53,7 +53,7 @@ def parse_link_url(url: str, *, udp_port: int = 14540, baud: int = 921600) -> Li
     if scheme in _INSTEAD:
         raise LinkUrlError(f"link {url!r}: {_INSTEAD[scheme]}")
     if scheme not in (*_NETWORK, "serial") or not rest.strip(":,/"):
-        raise LinkUrlError(f"link {url!r}: expected {_FORMS}")
+        raise LinkUrlError(f"link {url!r}: expected {FORMS}")
     if scheme == "serial":
         return _serial(url, rest, baud)
     return _network(url, scheme, rest.removesuffix("/"), _TCP_PORT if scheme == "tcp" else udp_port)
@@ -83,7 +83,7 @@ def _network(url: str, scheme: str, rest: str, default: int) -> LinkUrl:
     if port is None:
         raise LinkUrlError(f"link {url!r}: {number!r} is not a port from 1 to 65535")
     if "@" in host or host.count(":") == 1:
-        raise LinkUrlError(f"link {url!r}: {host!r} is not one host; expected {_FORMS}")
+        raise LinkUrlError(f"link {url!r}: {host!r} is not one host; expected {FORMS}")
     return LinkUrl(scheme, host.removeprefix("[").removesuffix("]") or _LOOPBACK, port)
 
 

@@ -3,7 +3,7 @@
 from dob_companion.supervisor.axes import AxisCheck
 from dob_companion.supervisor.fade import CorrectionShaper
 from dob_companion.supervisor.health import Echo, EstimateBounds, Innovation, Saturation
-from dob_companion.supervisor.monitors import DelayMonitor, Hysteresis, LinkGate, RateMonitor, RoundTrip
+from dob_companion.supervisor.monitors import DelayMonitor, Hysteresis, LinkGate, RateMonitor, RoundTrip, percentile
 from dob_companion.supervisor.regime import Air, FlightRegime, RegimeLimits
 from dob_companion.supervisor.table import Conditions, State, Supervisor, Transition
 
@@ -26,4 +26,5 @@ __all__ = [
     "State",
     "Supervisor",
     "Transition",
+    "percentile",
 ]

@@ -37,6 +37,13 @@ ECHO_TOLERANCE = 1e-4
 ECHO_PATIENCE = 5
 """Answers in a row that come back different from what was sent: somebody else injects."""
 
+RECORD = 128
+"""Answers that are remembered: half a second at 250 Hz, longer than any link that may be flown keeps one."""
+
+JUMP_US, KEPT_US = 1_000_000, 10_000_000
+"""A stamp that much older than the newest comes from a clock that has restarted. Stamps may then come a second time,
+and what was said to the first may still be under way for as long as a link can keep it."""
+
 
 class EstimateBounds:
     """|d_hat| and its change from sample to sample, while it is used."""
@@ -152,23 +159,45 @@ def _predictor(block: DobBlock) -> tuple[list[int], Vector, Vector, Vector, Vect
 
 
 class Echo:
-    """Compares the correction that the vehicle reports with the one that we sent for the sample it names."""
+    """What we sent, against what comes back: in the vehicle's report, or as a correction heard on the link.
+
+    The record is short, so only what lies between its first and its newest stamp can be judged. A correction that is
+    older may be our own of before, however long the link kept it; one that is newer answers a clock that has restarted.
+    """
 
     def __init__(self, dt: float) -> None:
         self._dt_us = 1e6 * dt
-        self._sent: dict[int, Axes3] = {}
+        self._sent: dict[int, Axes3 | None] = {}
+        self._known_from = self._newest = self._clear_at = 0
         self._different = 0
 
     def sent(self, stamp_us: int, correction: Axes3) -> None:
-        """Remember an answer."""
-        self._sent[stamp_us] = correction
-        if len(self._sent) > 64:
-            del self._sent[next(iter(self._sent))]
+        """Remember an answer. Two that differ for one stamp, as after a fade without samples, are both ours."""
+        if not self._sent:
+            self._known_from = self._newest = stamp_us
+        if stamp_us < self._newest - JUMP_US:
+            self._sent.clear()
+            self._known_from = self._newest = stamp_us
+            self._clear_at = stamp_us + KEPT_US
+        known = stamp_us not in self._sent or self._sent[stamp_us] == correction
+        self._sent[stamp_us] = correction if known else None
+        self._newest = max(self._newest, stamp_us)
+        if len(self._sent) > RECORD:
+            oldest = next(iter(self._sent))
+            del self._sent[oldest]
+            self._known_from = max(self._known_from, oldest + 1)
 
     def ours(self, stamp_us: int, correction: Axes3) -> bool:
         """Whether this is what we sent for the sample."""
         sent = self._sent.get(stamp_us)
         return sent is not None and all(abs(a - b) <= ECHO_TOLERANCE for a, b in zip(sent, correction, strict=True))
+
+    def others(self, stamp_us: int, correction: Axes3) -> bool:
+        """Whether this cannot be ours: we know all that we sent for such stamps, and it is not among it."""
+        if not (self._sent and self._known_from <= stamp_us <= self._newest and self._newest >= self._clear_at):
+            return False
+        ambiguous = self._sent.get(stamp_us, correction) is None
+        return not ambiguous and not self.ours(stamp_us, correction)
 
     def foreign(self, stamp_us: int, age_samples: float, moment: Axes3, contained: Axes3) -> bool:
         """Whether several corrections in a row were not ours.

@@ -2,6 +2,9 @@
 
 import math
 from collections import Counter, deque
+from collections.abc import Collection
+
+from dob_companion.supervisor import ages
 
 WINDOW_US = 2_000_000
 """Rate and delay are judged over the last 2 s of vehicle time."""
@@ -9,8 +12,8 @@ WINDOW_US = 2_000_000
 UNKNOWN_AGE = 255
 """Counted for a sample whose correction age the vehicle does not know: worse than any that may be injected with."""
 
-
-LONGEST_ROUND_TRIP_S = 10.0
+MOST_OPEN = 128
+"""TIMESYNC requests that may be open at once, and round trips that are kept: more than 10 s at 10 Hz."""
 
 
 class RateMonitor:
@@ -78,32 +81,53 @@ class DelayMonitor:
 
 
 class RoundTrip:
-    """TIMESYNC round trips of wall time: what the link itself takes, there and back.
+    """TIMESYNC round trips of wall time, the recent ones: what the link itself takes, there and back.
 
-    It is shown, and stands in for the delay where a vehicle does not report the age of a correction.
+    It is shown, and stands in for the delay where a vehicle does not report the age of a correction. An answer counts
+    once, and only to a request of ours: others on the link ask the vehicle too, and its answers to them look like ours
+    but for the time that they repeat.
     """
 
-    __slots__ = ("_seconds",)
+    __slots__ = ("_open", "_recent")
 
     def __init__(self) -> None:
-        self._seconds: deque[float] = deque(maxlen=64)
+        self._open: deque[int] = deque(maxlen=MOST_OPEN)
+        self._recent: deque[tuple[float, float]] = deque(maxlen=MOST_OPEN)
 
-    def add(self, seconds: float) -> None:
-        """One measured round trip; a negative or absurd one (a stranger's echo) is left out."""
-        if 0.0 <= seconds <= LONGEST_ROUND_TRIP_S:
-            self._seconds.append(seconds)
+    def asked(self, ts1_ns: int) -> None:
+        """We sent our clock, ns."""
+        self._open.append(ts1_ns)
+
+    def answered(self, ts1_ns: int, now: float) -> float | None:
+        """An answer has come at `now` (s, our clock). Its round trip in s; None when it answers nothing of ours."""
+        if ts1_ns not in self._open:
+            return None
+        self._open.remove(ts1_ns)
+        seconds = now - ts1_ns * 1e-9
+        self._recent.append((now, seconds))
+        self.forget(now)
+        return seconds
+
+    def forget(self, now: float) -> None:
+        """Drop what is too old to say anything about the link as it is."""
+        while self._recent and now - self._recent[0][0] > ages.ROUND_TRIP_S:
+            self._recent.popleft()
 
     def percentile(self, share: float) -> float:
         """Round trip, s, that at least `share` (0…1) of the recent ones do not exceed; nan without any."""
-        if not self._seconds:
-            return math.nan
-        ordered = sorted(self._seconds)
-        return ordered[min(len(ordered) - 1, math.ceil(share * len(ordered)) - 1 if share > 0 else 0)]
+        return percentile([seconds for _, seconds in self._recent], share)
 
     def delay_samples(self, dt: float) -> float:
         """Estimated age of a correction in samples: 1 + floor(median round trip / dt); nan without any."""
         median = self.percentile(0.5)
         return math.nan if math.isnan(median) else 1.0 + median // dt
+
+
+def percentile(values: Collection[float], share: float) -> float:
+    """The least of the values that at least `share` (0…1) of them do not exceed; nan without any."""
+    if not values:
+        return math.nan
+    return sorted(values)[max(0, math.ceil(share * len(values)) - 1)]
 
 
 class Hysteresis:
@@ -175,12 +199,11 @@ class LinkGate:
         share = 0.90 if self._hysteresis.good else 0.95
         if self.rate.hz < share * self._rate_hz:
             return f"rate {self.rate.hz:.0f} Hz below {share * self._rate_hz:.0f} Hz"
-        median = self.delay_median
-        if median >= UNKNOWN_AGE:
+        median, late = self.delay_median, self.delay.percentile(0.95)
+        if late >= UNKNOWN_AGE:
             return "vehicle reports no delay"
         if median > self._median_limit:
             return f"delay {median} samples above {self._median_limit}"
-        late = self.delay.percentile(0.95)
         if late > self._p95_limit:
             return f"delay p95 {late} samples above {self._p95_limit}"
         return ""

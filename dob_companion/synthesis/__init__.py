@@ -3,16 +3,24 @@
     import control as ct
     from dob_companion.synthesis import synthesize
 
-    result = synthesize(G, C, W_d, W_n, delay_samples=1)
+    result = synthesize(G, C, W_d, W_n, delay_samples=1, axes=("pitch",))
+    print(result)            # what was measured, not claimed: result.certificate
     result.observer          # D(z): [y_n; u_e] -> d_hat
-    result.certificate       # measured, not claimed
+    design_json(result)      # the text of a design.json that flies
 
 One room per question: `spec` (what is asked), `models` (as state space), `solvability` (can it be),
 `plant` (posed), `lmi` and `riccati` (solved twice), `reduce` (made minimal), `certificate` (measured),
 `responses` (seen), `verify` (measured again from the file).
 """
 
-from dob_companion.synthesis.design import Synthesis, design, design_block, design_from_toml, synthesize
+from dob_companion.synthesis.design import (
+    Synthesis,
+    design,
+    design_block,
+    design_from_toml,
+    design_json,
+    synthesize,
+)
 from dob_companion.synthesis.models import polynomial, zpk
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.responses import Responses, block_responses, default_frequencies, standard_form
@@ -30,6 +38,7 @@ __all__ = [
     "design",
     "design_block",
     "design_from_toml",
+    "design_json",
     "parse_spec",
     "polynomial",
     "standard_form",

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from dob_companion.errors import SpecError
+from dob_companion.synthesis.limits import LONGEST_DELAY
 from dob_companion.synthesis.table import Table
 
 KEYS = (
@@ -80,7 +81,7 @@ def parse_auto(table: Table, rate_hz: float) -> AutoSpec:
         largest_noise=_positive(table, "largest_noise_in_correction", NOISE_IN_CORRECTION),
         largest_mode_s=_positive(table, "largest_slowest_mode_s", SLOWEST_MODE_S),
         attitude_gain=table.number("attitude_gain", lambda x: x >= 0.0, "a number of 0 or more", ATTITUDE_GAIN),
-        least_delay_margin=table.whole("least_delay_margin_samples", DELAY_MARGIN_SAMPLES),
+        least_delay_margin=table.whole("least_delay_margin_samples", DELAY_MARGIN_SAMPLES, LONGEST_DELAY),
         corner_hz=corner,
     )
 

@@ -14,8 +14,11 @@ from dob_companion.synthesis.norms import response
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-GUST_S = 1.0
-"""Length of the gust ½ (1 − cos 2πt/T), the discrete gust of CS-25.341."""
+SHOWN_S = 2.0
+"""How long answers to a disturbance are shown …"""
+
+FEWEST, MOST = 100, 5000
+"""… but no fewer samples than the first and no more than the second, whatever the rate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,30 +80,34 @@ def open_loop(loop: Loop, axis: int, hertz: Array, dt: float) -> Complex:
     return L
 
 
-def step_response(loops: Loops, axis: int, size: float, seconds: float) -> TimeResponse:
-    """A disturbance of `size` that begins at t = 0 and stays."""
-    t = _time(loops, seconds)
+def step_response(loops: Loops, axis: int, size: float) -> TimeResponse:
+    """A disturbance of `size` that begins at t = 0 and stays, for half of what is shown of a gust."""
+    t = _time(loops)
+    t = t[: len(t) // 2]
     return _respond(loops, axis, t, np.full_like(t, size))
 
 
-def gust_response(loops: Loops, axis: int, size: float, seconds: float) -> TimeResponse:
-    """One gust of `size` and GUST_S that begins at t = 0."""
-    t = _time(loops, seconds)
-    rise: Array = size / 2.0 * (1.0 - np.cos(2.0 * np.pi * t / GUST_S))
-    return _respond(loops, axis, t, np.where(t < GUST_S, rise, 0.0))
+def gust_response(loops: Loops, axis: int, size: float) -> TimeResponse:
+    """One gust ½ (1 − cos 2πt/T) of `size`, the discrete gust of CS-25.341; T is half of what is shown, 1 s."""
+    t = _time(loops)
+    length = len(t) // 2 * loops.dt
+    rise: Array = size / 2.0 * (1.0 - np.cos(2.0 * np.pi * t / length))
+    return _respond(loops, axis, t, np.where(t < length - loops.dt / 2.0, rise, 0.0))
 
 
-def _time(loops: Loops, seconds: float) -> Array:
-    return np.arange(round(seconds / loops.dt), dtype=np.float64) * loops.dt
+def _time(loops: Loops) -> Array:
+    return np.arange(round(min(max(SHOWN_S / loops.dt, FEWEST), MOST)), dtype=np.float64) * loops.dt
 
 
 def _respond(loops: Loops, axis: int, t: Array, d: Array) -> TimeResponse:
-    inputs = np.zeros((loops.on.m, len(t)))
-    inputs[axis] = d
-
     def run(loop: Loop, output: str) -> Array:
-        # squeeze=False keeps (outputs, samples) whatever the number of channels
-        simulated = ct.forced_response(loop.part(output, "d"), timepts=t, inputs=inputs, squeeze=False)
-        return np.asarray(simulated.outputs[axis], dtype=float)
+        """Sample by sample: python-control's routine compares times, which tiny and huge steps do not survive."""
+        part = loop.part(output, "d")
+        C, D, x = part.C[axis], part.D[axis, axis], np.zeros(part.nstates)
+        y = np.empty_like(d)
+        for k, moment in enumerate(d):
+            y[k] = C @ x + D * moment
+            x = part.A @ x + part.B[:, axis] * moment
+        return y
 
     return TimeResponse(t, d, d - run(loops.on, "error"), run(loops.off, "y"), run(loops.on, "y"))

@@ -1,17 +1,18 @@
 """From problem to certified observer, and from spec to a whole design."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import control as ct
-
 import dob_companion
-from dob_companion.artifact import Certificate, DobBlock, DobDesign
+from dob_companion.artifact import AXES, Certificate, DobBlock, DobDesign, certificate_table, check_flyable, dumps
 from dob_companion.artifact import Problem as StoredProblem
-from dob_companion.errors import NotCertifiedError, RefusedError, SpecError
+from dob_companion.errors import DobError, NotCertifiedError, SpecError, placed
 from dob_companion.synthesis.certificate import Claim, certify
+from dob_companion.synthesis.inputs import discrete_system, link_delays, require_options
 from dob_companion.synthesis.model_file import Reader
 from dob_companion.synthesis.models import to_data, to_state_space, weight_to_state_space
+from dob_companion.synthesis.numeric import numbers_judged
 from dob_companion.synthesis.optimum import Optimum, candidates, find_optimum
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.reduce import HIDDEN, minimal
@@ -21,14 +22,72 @@ from dob_companion.synthesis.solvability import require_solvable
 from dob_companion.synthesis.spec import BlockSpec, Spec, parse_spec
 from dob_companion.synthesis.uncertainty import Uncertainty
 
+Solve = Callable[[Problem], tuple[Any, Certificate]]
 
-@dataclass(frozen=True, slots=True, eq=False)
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Synthesis:
-    """A certified observer: D(z) with inputs [y_n; u_e] and output d_hat, and what was proved about it."""
+    """A certified observer: D(z) with inputs [y_n; u_e] and output d_hat, and what was proved about it.
+
+    `axes` are the names that `synthesize` was given. Printed, it is the table that `dob-companion design` prints.
+    """
 
     problem: Problem
     observer: Any
     certificate: Certificate
+    axes: tuple[str, ...] | None = None
+
+    def __repr__(self) -> str:
+        late = ", ".join(map(str, sorted(set(self.problem.delays))))
+        name = "-".join(self.axes) if self.axes else "observer"
+        head = f"{1 / self.problem.dt:g} Hz, delay {late}"
+        return certificate_table(head, [(name, self.observer.nstates, self.certificate)])
+
+    def block(self) -> DobBlock:
+        """The block of a design.json. Raises SpecError unless the axes are hover axes and share one link delay."""
+        axes, delays = self.axes or (), set(self.problem.delays)
+        if not axes or not set(axes) <= set(AXES) or len(set(axes)) < len(axes):
+            raise SpecError(
+                f"axes: {axes or None}, expected different ones of {', '.join(AXES)}: synthesize(…, axes=…)"
+            )
+        if len(delays) > 1:
+            raise SpecError(f"delay_samples: {self.problem.delays}, expected one for all axes of a design.json's block")
+        problem = self.problem
+        return DobBlock(
+            name="-".join(axes),
+            axes=axes,
+            delay_samples=delays.pop(),
+            observer=to_data(self.observer),
+            problem=StoredProblem(
+                plant=to_data(problem.plant),
+                controller=to_data(problem.controller),
+                disturbance_weight=to_data(problem.disturbance_weight),
+                noise_weight=to_data(problem.noise_weight),
+            ),
+            certificate=self.certificate,
+        )
+
+
+def design_json(*results: Synthesis, created: str = "") -> str:
+    """The text of a design.json that flies: one block for each result of `synthesize`, their `axes` all different.
+
+    Raises SpecError when results do not fit together, DesignFileError when a certificate is not fit to fly.
+    """
+    rates = {result.problem.dt for result in results}
+    blocks = tuple(result.block() for result in results)
+    axes = [axis for block in blocks for axis in block.axes]
+    if len(rates) != 1 or len(set(axes)) < len(axes):
+        raise SpecError(f"design: axes {axes} at dt {sorted(rates)}, expected each axis once, and one dt")
+    dt = rates.pop()
+    made = DobDesign(
+        dt=dt,
+        delay_samples=max(block.delay_samples for block in blocks),
+        blocks=blocks,
+        created=created,
+        generator=f"dob-companion {dob_companion.__version__}",
+    )
+    check_flyable(made, 1.0 / dt, "design")
+    return dumps(made)[0]
 
 
 def synthesize(
@@ -57,18 +116,35 @@ def synthesize(
     Raises UnsolvableError when no observer exists (naming channel, mode and physics) and NotCertifiedError
     when one was computed but its proof failed.
     """
-    plant, controller, disturbance_weight, noise_weight = map(
-        ct.ss, (plant, controller, disturbance_weight, noise_weight)
+    named = (
+        (plant, "plant"),
+        (controller, "controller"),
+        (disturbance_weight, "disturbance weight"),
+        (noise_weight, "noise weight"),
     )
-    m = plant.D.shape[1]
-    delays = (delay_samples,) * m if isinstance(delay_samples, int) else tuple(delay_samples)
-    problem = Problem(plant, controller, disturbance_weight, noise_weight, delays)
-    require_solvable(problem, axes)
-    problem = Problem(minimal(plant), minimal(controller), minimal(disturbance_weight), minimal(noise_weight), delays)
+    G, C, W_d, W_n = (discrete_system(system, name) for system, name in named)
+    moments = G.D.shape[1]
+    axes = require_options(moments, gamma_backoff, axes, uncertainty, largest_order)
+    problem = Problem(G, C, W_d, W_n, link_delays(delay_samples, moments))
+    with numbers_judged():
+        require_solvable(problem, axes)
+        return _synthesized(problem, axes, uncertainty, lambda posed: _certified(posed, gamma_backoff, largest_order))
+
+
+def _synthesized(
+    problem: Problem, axes: tuple[str, ...] | None, uncertainty: Uncertainty | None, solve: Solve
+) -> Synthesis:
+    problem = Problem(
+        minimal(problem.plant),
+        minimal(problem.controller),
+        minimal(problem.disturbance_weight),
+        minimal(problem.noise_weight),
+        problem.delays,
+    )
     if uncertainty is None:
-        return Synthesis(problem, *_certified(problem, gamma_backoff, largest_order))
-    found = robust_synthesis(problem, uncertainty, axes, lambda posed: _certified(posed, gamma_backoff, largest_order))
-    return Synthesis(found.problem, found.observer, found.certificate)
+        return Synthesis(problem, *solve(problem), axes)
+    found = robust_synthesis(problem, uncertainty, axes, solve)
+    return Synthesis(found.problem, found.observer, found.certificate, axes)
 
 
 def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
@@ -80,33 +156,24 @@ def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
     if spec.disturbance is None or spec.noise is None:
         raise SpecError(f"{spec.where}: key 'weights' is missing; give weights, or design with --auto")
     try:
+        with numbers_judged():
+            systems = (
+                to_state_space(spec.plant, dt, (size, size)),
+                to_state_space(spec.controller, dt, (size, size)),
+                weight_to_state_space(spec.disturbance, dt, size),
+                weight_to_state_space(spec.noise, dt, size),
+            )
         result = synthesize(
-            to_state_space(spec.plant, dt, (size, size)),
-            to_state_space(spec.controller, dt, (size, size)),
-            weight_to_state_space(spec.disturbance, dt, size),
-            weight_to_state_space(spec.noise, dt, size),
+            *systems,
             delay_samples=spec.delay_samples,
             gamma_backoff=gamma_backoff,
             axes=spec.axes,
             uncertainty=spec.uncertainty,
             largest_order=spec.largest_order,
         )
-    except RefusedError as refusal:
-        raise type(refusal)(f"block {spec.name!r}: {refusal}") from refusal
-    problem = result.problem
-    return DobBlock(
-        name=spec.name,
-        axes=spec.axes,
-        delay_samples=spec.delay_samples,
-        observer=to_data(result.observer),
-        problem=StoredProblem(
-            plant=to_data(problem.plant),
-            controller=to_data(problem.controller),
-            disturbance_weight=to_data(problem.disturbance_weight),
-            noise_weight=to_data(problem.noise_weight),
-        ),
-        certificate=result.certificate,
-    )
+    except DobError as problem:
+        raise placed(problem, spec.where) from problem
+    return replace(result.block(), name=spec.name)
 
 
 def design(spec: Spec, created: str = "") -> DobDesign:
@@ -139,10 +206,7 @@ def design_from_toml(
     spec = parse_spec(text, source, read)
     if largest_order is not None:
         spec = replace(spec, blocks=tuple(replace(block, largest_order=largest_order) for block in spec.blocks))
-    try:
-        return design(spec, created)
-    except RefusedError as refusal:
-        raise type(refusal)(f"{source}: {refusal}") from refusal
+    return design(spec, created)
 
 
 def _certified(problem: Problem, backoff: float, largest_order: int | None) -> tuple[Any, Certificate]:

@@ -17,6 +17,7 @@ from typing import Any
 import control as ct
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from dob_companion.synthesis.plant import delay
 
@@ -70,10 +71,17 @@ def close_loop(
     parts = (plant, controller, observer or off, delay(delays, dt), delay(unseen_delay or (0,) * m, dt))
     size = _sizes(p, m)
     outputs = ("y", "u", "d_hat", "late", "acting")
-    inside = ct.append(*parts).feedback(ct.ss([], [], [], _matrix(_SUMS, outputs, size), dt), sign=1)
+    apart, wires = ct.append(*parts), _matrix(_SUMS, outputs, size)
     into, out = _matrix(_SUMS, _OUTSIDE, size), _matrix(_READ, outputs, size)
-    D = out @ inside.D @ into + _matrix(_READ, _OUTSIDE, size)
-    return Loop(ct.ss(inside.A, inside.B @ into, out @ inside.C, D, dt), p, m)
+    # The parts' inputs v = wires (C x + D v) + into w, solved for v. It is well posed when I + G C is invertible at
+    # infinite frequency; python-control's feedback asks for more, a good condition, which small units alone can spoil.
+    F, (units, _) = linalg.matrix_balance(np.eye(len(wires)) - wires @ apart.D, permute=False, separate=True)
+    right = np.hstack([wires @ apart.C, into])
+    solved = units[:, None] * np.linalg.solve(F, right / units[:, None])
+    inner, outer = solved[:, : apart.nstates], solved[:, apart.nstates :]
+    A, B = apart.A + apart.B @ inner, apart.B @ outer
+    C, D = out @ (apart.C + apart.D @ inner), out @ apart.D @ outer + _matrix(_READ, _OUTSIDE, size)
+    return Loop(ct.ss(A, B, C, D, dt), p, m)
 
 
 def _sizes(p: int, m: int) -> dict[str, int]:

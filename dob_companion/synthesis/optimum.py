@@ -1,7 +1,8 @@
 """gamma_star by two algorithms that must agree, and observers close to it, best candidate first."""
 
+import contextlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from dob_companion.errors import UnsolvableError
 from dob_companion.synthesis.lmi import LmiSolution, solve_lmi
 from dob_companion.synthesis.plant import EstimationProblem, estimation_problem
 from dob_companion.synthesis.problem import Problem
+from dob_companion.synthesis.rest import Resting, resting
 from dob_companion.synthesis.riccati import bracket_gamma_star, central_filter
 from dob_companion.synthesis.scaling import FLOORS, WhiteProblem, whitened
 
@@ -28,7 +30,7 @@ LMI = "LMI dual (Clarabel); Riccati equation without answer"
 class Optimum:
     """A lower bound on what any observer reaches, how it was found, and what found it.
 
-    `solution` is the LMI's, in the coordinates of `white`.
+    `solution` is the LMI's, in the coordinates of `white`; `still` is there when modes of the problem are at rest.
     """
 
     gamma_star: float
@@ -36,6 +38,7 @@ class Optimum:
     problem: EstimationProblem
     white: WhiteProblem
     solution: LmiSolution | None
+    still: Resting | None = None
 
 
 def find_optimum(problem: Problem) -> Optimum:
@@ -44,6 +47,11 @@ def find_optimum(problem: Problem) -> Optimum:
     Raises UnsolvableError with the numbers when they never agree within AGREEMENT.
     """
     posed = estimation_problem(problem.plant, problem.disturbance_weight, problem.noise_weight, problem.delays)
+    still = resting(posed, problem.disturbance_weight)
+    return replace(_established(still.without), still=still) if still else _established(posed)
+
+
+def _established(posed: EstimationProblem) -> Optimum:
     best, least, seen = None, np.inf, []
     for floor in FLOORS:
         try:
@@ -66,14 +74,23 @@ def find_optimum(problem: Problem) -> Optimum:
 
 def candidates(optimum: Optimum, backoff: float) -> Iterator[Any]:
     """Observers expected within backoff * gamma_star: central ones first, which do not ring, then the LMI's own."""
+    if optimum.still is not None:
+        for stirred in optimum.still.stirred():
+            with contextlib.suppress(np.linalg.LinAlgError):
+                yield from _central(optimum.gamma_star, backoff, stirred, whitened(stirred))
+        return
     white, posed = optimum.white, optimum.problem
+    yield from _central(optimum.gamma_star, backoff, posed, white)
+    if optimum.solution is not None:
+        yield posed.observer(*white.gains(optimum.solution.K, optimum.solution.K_z))
+
+
+def _central(gamma_star: float, backoff: float, posed: EstimationProblem, white: WhiteProblem) -> Iterator[Any]:
     for share in (1.0, 0.5, 0.1):
-        level = (1.0 + share * (backoff - 1.0)) * optimum.gamma_star / white.level
+        level = (1.0 + share * (backoff - 1.0)) * gamma_star / white.level
         found = central_filter(white.problem, level)
         if found is not None:
             yield posed.observer(*white.gains(found.K, found.K_z))
-    if optimum.solution is not None:
-        yield posed.observer(*white.gains(optimum.solution.K, optimum.solution.K_z))
 
 
 def _riccati(white: WhiteProblem, guess: float) -> float | None:

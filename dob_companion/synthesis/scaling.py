@@ -37,7 +37,7 @@ class WhiteProblem:
 
 def whitened(problem: EstimationProblem, floor: float = FLOORS[0]) -> WhiteProblem:
     """Change coordinates. Raises LinAlgError when the Kalman filter does not exist."""
-    first = _rough(problem)
+    first = rough_scaling(problem)
     rough = problem.transformed(*first)
     second, K, K_z = _kalman(rough, floor)
     level = hinf_norm(rough.error_system(K, K_z))[0]
@@ -48,12 +48,15 @@ def whitened(problem: EstimationProblem, floor: float = FLOORS[0]) -> WhiteProbl
     return WhiteProblem(replace(white, C1=white.C1 / level, D11=white.D11 / level), T, measure, level)
 
 
-def _rough(problem: EstimationProblem) -> tuple[Array, Array]:
-    """Diagonal scaling by the size that w = 1 gives states and measurements within a few samples."""
+def rough_scaling(problem: EstimationProblem) -> tuple[Array, Array]:
+    """Diagonal scaling by the size that w = 1 gives states and measurements within a few samples, from rest."""
     A, B = problem.A, problem.B
-    size = np.ones(len(A))
-    for _ in range(3):
-        size = _or_one(np.linalg.norm(np.hstack([A * size, B]), axis=1))
+    size = np.zeros(len(A))
+    for k in range(3 + len(A)):
+        if k >= 3 and np.all(size > 0.0):
+            break
+        size = np.linalg.norm(np.hstack([A * size, B]), axis=1)
+    size = _or_one(size)
     seen = _or_one(np.linalg.norm(np.hstack([problem.C * size, problem.D21]), axis=1))
     return np.diag(size), np.diag(1.0 / seen)
 

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from dob_companion.errors import SpecError, UnsolvableError
+from dob_companion.synthesis.limits import LONGEST_DELAY, MOST_STATES
 from dob_companion.synthesis.loop import close_loop
 from dob_companion.synthesis.norms import response
-from dob_companion.synthesis.plant import estimation_problem
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.reduce import hidden_modes
 
@@ -26,7 +26,6 @@ def require_solvable(problem: Problem, axes: tuple[str, ...] | None = None) -> N
     _require_seen(problem)
     _require_weights(problem)
     _require_stable_baseline(problem, names)
-    _require_excited(problem)
 
 
 def require_sampled_fast_enough(system: Any, dt: float, where: str) -> None:
@@ -69,8 +68,22 @@ def _require_sizes(problem: Problem) -> None:
             raise SpecError(f"{name}: dt is {system.dt}, expected the plant's {problem.plant.dt}")
     if not isinstance(problem.plant.dt, float) or problem.plant.dt <= 0.0:
         raise SpecError(f"plant: dt is {problem.plant.dt}, expected a sample time in s")
-    if len(problem.delays) != m or min(problem.delays) < 0:
-        raise SpecError(f"delay_samples: {list(problem.delays)}, expected {m} of 0 or more")
+    if len(problem.delays) != m or not 0 <= min(problem.delays) <= max(problem.delays) <= LONGEST_DELAY:
+        raise SpecError(f"delay_samples: {list(problem.delays)}, expected {m} of 0 or more, at most {LONGEST_DELAY}")
+    _require_orders(problem)
+
+
+def _require_orders(problem: Problem) -> None:
+    """Refuse what would take hours and all memory."""
+    parts = (problem.plant, problem.disturbance_weight, problem.noise_weight)
+    orders, late = [part.nstates for part in parts], sum(problem.delays)
+    if sum(orders) + late > MOST_STATES:
+        raise SpecError(
+            f"plant and weights of {' + '.join(map(str, orders))} states and {late} samples of delay have order "
+            f"{sum(orders) + late} together, expected at most {MOST_STATES}"
+        )
+    if problem.controller.nstates > MOST_STATES:
+        raise SpecError(f"controller: {problem.controller.nstates} states, expected at most {MOST_STATES}")
 
 
 def _require_carried(problem: Problem, names: tuple[str, ...]) -> None:
@@ -92,22 +105,6 @@ def _require_seen(problem: Problem) -> None:
                     f"{name}: {describe(complex(pole), problem.dt)} cannot be reached from its input or seen in its "
                     "output: no loop can hold it"
                 )
-
-
-def _require_excited(problem: Problem) -> None:
-    """An undamped plant mode that neither weight excites would have to be tracked for ever from no information."""
-    posed = estimation_problem(problem.plant, problem.disturbance_weight, problem.noise_weight, problem.delays)
-    for pole in np.linalg.eigvals(problem.plant.A):
-        if abs(abs(pole) - 1.0) > 1e-7:
-            continue
-        pencil = np.hstack([posed.A - pole * np.eye(len(posed.A)), posed.B])
-        pencil = pencil / np.linalg.norm(pencil, axis=1, keepdims=True)
-        sizes = np.linalg.svd(pencil, compute_uv=False)
-        if sizes[-1] < 1e-10 * sizes[0]:
-            raise UnsolvableError(
-                f"disturbance weight: zero at the plant's {describe(complex(pole), problem.dt)}: "
-                "the observer's error there would never decay; give the weight some gain at that frequency"
-            )
 
 
 def _require_weights(problem: Problem) -> None:

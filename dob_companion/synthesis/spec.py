@@ -11,12 +11,16 @@ from dataclasses import dataclass, field
 from dob_companion.artifact import AXES
 from dob_companion.errors import SpecError
 from dob_companion.synthesis.auto_spec import AutoSpec, parse_auto
+from dob_companion.synthesis.limits import LONGEST_DELAY
 from dob_companion.synthesis.model_file import Reader, with_model_files
 from dob_companion.synthesis.table import Table, is_number
 from dob_companion.synthesis.uncertainty import Uncertainty, parse_uncertainty
 
 METHODS = ("zoh", "foh", "tustin", "impulse")
 """Named ways from continuous to discrete time."""
+
+RATES_HZ = 1e-3, 1e6
+"""Slowest and fastest rate of a spec."""
 
 FORMS = {"zpk": ("zeros", "poles", "gain"), "polynomial": ("num", "den"), "matrices": ("A", "B", "C", "D")}
 _FORM_KEYS = tuple(key for keys in FORMS.values() for key in keys)
@@ -123,8 +127,9 @@ def parse_spec(text: str, source: str = "spec.toml", read: Reader | None = None)
         raise SpecError(f"{source}: not TOML: {problem}") from None
     top = Table(source, with_model_files(raw, source, read), ("design", "block", "auto"))
     head = top.table("design", ("rate_hz", "delay_samples", "gamma_backoff", "largest_order"))
-    rate = head.number("rate_hz", lambda x: x > 0, "a positive number of Hz")
-    delay = head.whole("delay_samples", 1)
+    slow, fast = RATES_HZ
+    rate = head.number("rate_hz", lambda x: slow <= x <= fast, f"a positive number of Hz, from {slow:g} to {fast:g}")
+    delay = head.whole("delay_samples", 1, LONGEST_DELAY)
     backoff = head.number("gamma_backoff", lambda x: 1.0 < x <= 10.0, "a number above 1, at most 10", 1.01)
     auto = parse_auto(top.open("auto"), rate) if "auto" in top else None
     order = _order(head, None)
@@ -169,7 +174,7 @@ def _block(source: str, item: object, delay: int, order: int | None, *, weighted
         where=table.where,
         name=name,
         axes=axes,
-        delay_samples=table.whole("delay_samples", delay),
+        delay_samples=table.whole("delay_samples", delay, LONGEST_DELAY),
         plant=_model(table.open("plant"), axes),
         controller=_model(table.open("controller"), axes),
         disturbance=disturbance,

@@ -89,11 +89,12 @@ class Table:
             raise SpecError(f"{self.where}: {key}: expected one of {', '.join(among)}, got {value!r}")
         return str(value)
 
-    def whole(self, key: str, default: int) -> int:
-        """A whole number >= 0."""
+    def whole(self, key: str, default: int, most: int | None = None) -> int:
+        """A whole number >= 0, at most `most`."""
         value = self._raw.get(key, default)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-            raise SpecError(f"{self.where}: {key}: expected a whole number of 0 or more, got {value!r}")
+        if isinstance(value, bool) or not isinstance(value, int) or value < 0 or (most is not None and value > most):
+            limit = "0 or more" if most is None else f"0 or more, at most {most}"
+            raise SpecError(f"{self.where}: {key}: expected a whole number of {limit}, got {value!r}")
         return value
 
     def number(

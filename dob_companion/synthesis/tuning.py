@@ -27,11 +27,13 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from dob_companion.artifact import DobDesign
-from dob_companion.errors import NotCertifiedError, RefusedError, SpecError, UnsolvableError
+from dob_companion.errors import DobError, NotCertifiedError, SpecError, UnsolvableError, placed
 from dob_companion.synthesis.auto_spec import AutoSpec
 from dob_companion.synthesis.design import design, synthesize
+from dob_companion.synthesis.model_file import Reader
 from dob_companion.synthesis.models import stack, to_state_space, weight_to_state_space, zpk
 from dob_companion.synthesis.norms import response
+from dob_companion.synthesis.numeric import numbers_judged
 from dob_companion.synthesis.plant import estimation_problem
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.reduce import minimal
@@ -156,23 +158,29 @@ class Tuning:
 
 
 def tuned_design_from_toml(
-    text: str, source: str = "spec.toml", created: str = "", progress: Callable[[str], None] = lambda _: None
+    text: str,
+    source: str = "spec.toml",
+    created: str = "",
+    read: Reader | None = None,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> tuple[DobDesign, tuple[Tuning, ...]]:
     """From a spec with an [auto] table to a certified design and how each block was tuned; `progress` hears of blocks.
 
+    `read` fetches the model files that the spec names.
+
     Raises SpecError, UnsolvableError (also when the limits cannot be kept, with the numbers) or NotCertifiedError.
     """
-    spec = parse_spec(text, source)
+    spec = parse_spec(text, source, read)
     if spec.auto is None:
-        raise SpecError(f"{source}: key 'auto' is missing: --auto needs an [auto] table")
+        raise SpecError(
+            f"{source}: key 'auto' is missing: --auto searches weights for what an [auto] table asks: "
+            "disturbance_band_hz, noise_rms and least_disk_margin; without --auto the weights in the spec are used"
+        )
     tunings = []
-    try:
-        for block in spec.blocks:
-            progress(f"{block.name}: searching weights")
-            tunings.append(tune_block(block, spec.dt, spec.gamma_backoff, spec.auto))
-        return design(with_weights(spec, tunings), created), tuple(tunings)
-    except RefusedError as refusal:
-        raise type(refusal)(f"{source}: {refusal}") from refusal
+    for block in spec.blocks:
+        progress(f"{block.name}: searching weights")
+        tunings.append(tune_block(block, spec.dt, spec.gamma_backoff, spec.auto))
+    return design(with_weights(spec, tunings), created), tuple(tunings)
 
 
 def with_weights(spec: Spec, tunings: Sequence[Tuning]) -> Spec:
@@ -193,9 +201,10 @@ def tune_block(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec
     had), and NotCertifiedError.
     """
     try:
-        return _tune(block, dt, gamma_backoff, auto)
-    except RefusedError as refusal:
-        raise type(refusal)(f"block {block.name!r}: {refusal}") from refusal
+        with numbers_judged():
+            return _tune(block, dt, gamma_backoff, auto)
+    except DobError as problem:
+        raise placed(problem, block.where) from problem
 
 
 def _tune(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec) -> Tuning:

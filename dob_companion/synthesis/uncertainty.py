@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from dob_companion.errors import SpecError
+from dob_companion.synthesis.limits import LONGEST_DELAY, MOST_DELAY_CASES
 from dob_companion.synthesis.table import Table
 
 CHANNEL_KEYS = ("gain", "pole", "modes", "delay_samples", "frequency_hz", "multiplicative")
@@ -112,6 +113,11 @@ def parse_uncertainty(table: Table, axes: tuple[str, ...]) -> Uncertainty:
         else:
             channels.append(ChannelUncertainty())
     uncertainty = Uncertainty(tuple(channels), table.choice("synthesis", SYNTHESES, "robust"))
+    cases = math.prod(channel.most_delay + 1 for channel in channels)
+    if cases > MOST_DELAY_CASES:
+        raise SpecError(
+            f"{table.where}: delay_samples: {cases} combinations of all axes, expected at most {MOST_DELAY_CASES}"
+        )
     if all(channel == ChannelUncertainty() for channel in channels):
         raise SpecError(f"{table.where}: nothing is uncertain: expected some of {', '.join(CHANNEL_KEYS)}")
     return uncertainty
@@ -177,10 +183,10 @@ def _delay(table: Table) -> int:
         return 0
     ends = table.items("delay_samples")
     whole = all(isinstance(end, int) and not isinstance(end, bool) for end in ends)
-    if not whole or len(ends) != 2 or ends[0] != 0 or ends[1] < 0:
+    if not whole or len(ends) != 2 or ends[0] != 0 or not 0 <= ends[1] <= LONGEST_DELAY:
         raise SpecError(
-            f"{table.where}: delay_samples: expected [0, most] in whole samples beyond the model's "
-            f"(a delay that is always there belongs in the plant), got {ends!r}"
+            f"{table.where}: delay_samples: expected [0, most] in whole samples beyond the model's, at most "
+            f"{LONGEST_DELAY} (a delay that is always there belongs in the plant), got {ends!r}"
         )
     return int(ends[1])
 

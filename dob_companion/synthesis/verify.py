@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from dob_companion.artifact import Certificate, DobBlock, DobDesign
-from dob_companion.errors import RefusedError
+from dob_companion.errors import DobError, placed
 from dob_companion.synthesis.certificate import Claim, certify
 from dob_companion.synthesis.models import from_data
+from dob_companion.synthesis.numeric import numbers_judged
 from dob_companion.synthesis.optimum import find_optimum
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.robust import FACTOR_STEP, TIGHT
@@ -67,20 +68,25 @@ def verify(design: DobDesign) -> tuple[Finding, ...]:
     """Measure every block again and compare.
 
     Raises UnsolvableError or NotCertifiedError, naming the block, when the stored problem has no solution or
-    the stored observer fails its proof outright.
+    the stored observer fails its proof outright, and SpecError when its systems do not fit together.
     """
     return tuple(finding for block in design.blocks for finding in _verify_block(block, design.dt))
 
 
 def _verify_block(block: DobBlock, dt: float) -> list[Finding]:
-    problem, recorded = problem_of(block, dt), block.certificate
     try:
-        require_solvable(problem, block.axes)
-        gamma_star = find_optimum(problem).gamma_star
-        claim = Claim(recorded.gamma_star, recorded.gamma_star_method, recorded.gamma_backoff)
-        measured = certify(problem, from_data(block.observer, dt), claim)
-    except RefusedError as refusal:
-        raise type(refusal)(f"block {block.name!r}: {refusal}") from refusal
+        with numbers_judged():
+            return _findings(block, dt)
+    except DobError as problem:
+        raise placed(problem, f"block {block.name!r}") from problem
+
+
+def _findings(block: DobBlock, dt: float) -> list[Finding]:
+    problem, recorded = problem_of(block, dt), block.certificate
+    require_solvable(problem, block.axes)
+    gamma_star = find_optimum(problem).gamma_star
+    claim = Claim(recorded.gamma_star, recorded.gamma_star_method, recorded.gamma_backoff)
+    measured = certify(problem, from_data(block.observer, dt), claim)
     # A lower bound may stand lower than the one found now (that is safe), but not higher.
     bound = Finding(
         block.name, "gamma_star", recorded.gamma_star, gamma_star, recorded.gamma_star <= gamma_star * (1.0 + RELATIVE)

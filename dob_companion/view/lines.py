@@ -1,8 +1,9 @@
-"""Log lines for a stream that may stop taking any: a terminal held with Ctrl-S, a pipe that nobody reads."""
+"""Log lines for a stream that may stop taking any: a terminal held with Ctrl-S, a pipe nobody reads, a full disk."""
 
-import select
 import time
 from typing import TextIO
+
+from dob_companion.view.outlet import Outlet
 
 
 def event_line(unix_s: float, severity: str, text: str) -> str:
@@ -11,20 +12,25 @@ def event_line(unix_s: float, severity: str, text: str) -> str:
 
 
 class Lines:
-    """Writes whole lines, or leaves them out and says so later: whoever writes never waits.
-
-    A pipe that is ready takes PIPE_BUF (4096) bytes at once (pipe(7)), more than any line here.
-    """
+    """Writes whole lines, or leaves them out and says so later: whoever writes never waits, and nothing is raised."""
 
     def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-        self._left_out = 0
+        self.left_out = 0
+        """lines so far"""
+        self._untold = 0
+        self._encoding = stream.encoding or "utf-8"
+        stream.flush()
+        self._outlet = Outlet(stream.fileno())
 
     def write(self, line: str) -> None:
-        """Write one line, if the stream is ready for it."""
-        if not select.select([], [self._stream], [], 0.0)[1]:
-            self._left_out += 1
-            return
-        if self._left_out:
-            line, self._left_out = f"({self._left_out} lines left out)\n{line}", 0
-        print(line, file=self._stream, flush=True)
+        """Write one line, if the stream takes it."""
+        told = f"({self._untold} lines left out)\n" if self._untold else ""
+        if self._outlet.send(f"{told}{line}\n".encode(self._encoding, "backslashreplace")):
+            self._untold = 0
+        else:
+            self._untold += 1
+            self.left_out += 1
+
+    def close(self) -> None:
+        """Wait a moment for what is on its way."""
+        self._outlet.close()

@@ -7,17 +7,20 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sitl.campaign import fleet
-from sitl.campaign.directory import Directory, begun, opened
 from sitl.campaign.keys import read
 from sitl.campaign.pilot import Row, fly, row_of
 from sitl.campaign.progress import Progress
-from sitl.campaign.summary import summarize, table
+from sitl.console import program
 from sitl.errors import InputError, SitlError
+from sitl.extras import remedy
 from sitl.result import write
 from sitl.scenario.spec import AIRFRAMES
+
+if TYPE_CHECKING:
+    from sitl.campaign.directory import Directory
 
 _EXAMPLE = """\
 examples:
@@ -29,6 +32,8 @@ The same command again goes on where it was stopped. With a cluster:
   dask scheduler --host 127.0.0.1 &  dask worker tcp://127.0.0.1:8786 --nthreads 1 --nworkers 8 &
   python -m sitl.campaign campaign.toml --scheduler tcp://127.0.0.1:8786 -o campaign
 """
+
+_OF_THE_EXTRA = ("pyarrow", "dask", "distributed", "matplotlib", "jinja2", "markupsafe")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -79,6 +84,7 @@ def replay_parser() -> argparse.ArgumentParser:
     return p
 
 
+@program("campaign")
 def main(arguments: list[str] | None = None) -> int:
     """Run; returns the exit code."""
     given = sys.argv[1:] if arguments is None else arguments
@@ -89,12 +95,20 @@ def main(arguments: list[str] | None = None) -> int:
     except SitlError as error:
         _say(str(error))
         return error.exit_code
+    except ModuleNotFoundError as missing:
+        if (missing.name or "").partition(".")[0] not in _OF_THE_EXTRA:
+            raise
+        _say(remedy(missing, "campaign"))
+        return InputError.exit_code
     except KeyboardInterrupt:
         _say("interrupted; the same command goes on from here")
         return 130
 
 
 def _campaign(options: argparse.Namespace) -> int:
+    from sitl.campaign.directory import begun  # pyarrow: not for --help
+    from sitl.campaign.summary import summarize, table
+
     campaign = read(options.file, vars(options))
     with begun(options.directory, campaign) as directory:
         _fly(directory, options)
@@ -111,7 +125,7 @@ def _campaign(options: argparse.Namespace) -> int:
     return 1 if failed or missed else 0
 
 
-def _fly(directory: Directory, options: argparse.Namespace) -> None:
+def _fly(directory: "Directory", options: argparse.Namespace) -> None:
     store, flights = directory.store, directory.flights
     done = set(store.table()["flight"].to_pylist())
     left = [inputs for inputs in flights if inputs.flight not in done]
@@ -132,7 +146,7 @@ def _fly(directory: Directory, options: argparse.Namespace) -> None:
 
 
 def _rows(
-    directory: Directory, left: list[Any], options: argparse.Namespace, progress: Progress
+    directory: "Directory", left: list[Any], options: argparse.Namespace, progress: Progress
 ) -> Iterator[list[Row]]:
     jobs = map(directory.job, left)
     if not options.scheduler:
@@ -147,6 +161,8 @@ def _rows(
 
 
 def _replay(options: argparse.Namespace) -> int:
+    from sitl.campaign.directory import opened
+
     directory = opened(options.campaign)
     if not 0 <= options.flight < len(directory.flights):
         raise InputError(f"--flight {options.flight}: expected a number from 0 to {len(directory.flights) - 1}")

@@ -68,7 +68,7 @@ class Onboard:
         now = sample.stamp_us * 1e-6
         if self._samples % REPORT_EVERY == 0:
             loop.watch.regime.heartbeat(flight.vehicle.armed, now)
-            loop.watch.flight_state(FlightState(landed_state(flight.vehicle), forward=False))
+            loop.watch.flight_state(FlightState(landed_state(flight.vehicle), forward=False), now)
         self._samples += 1
         if flight.channel.pair_lost and not self._prompt:
             return

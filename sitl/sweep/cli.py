@@ -5,13 +5,12 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from sitl.errors import SitlError
+from sitl.console import program
+from sitl.errors import InputError, SitlError
+from sitl.extras import remedy
 from sitl.scenario.tables import AXES
 from sitl.sweep.client import SweepClient
-from sitl.sweep.figure import save_figure
-from sitl.sweep.fit import BAND
 from sitl.sweep.flight import given_link, started_vehicle, sweep
-from sitl.sweep.identify import identify, modes, table, write
 from sitl.sweep.multisine import FLEXIBLE, Plan, excitation
 
 _EXAMPLE = """\
@@ -50,7 +49,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--rms", type=float, help=f"excitation, normalized torque ({plan.rms}, flexible {FLEXIBLE.rms})")
     p.add_argument("--realizations", type=int, default=plan.realizations, help="of 24.5 s each (%(default)s)")
     p.add_argument("--noise-dbw", type=float, default=-68.0, help="gyro noise (%(default)s)")
-    p.add_argument("--band", type=float, nargs=2, default=BAND, metavar="RAD_S", help="fitted (4 to 50)")
+    p.add_argument("--band", type=float, nargs=2, metavar="RAD_S", help="fitted (4 to 50)")
     p.add_argument(
         "--flexible", action="store_true", help="with its flexible modes, and more of high frequencies to see them"
     )
@@ -58,6 +57,7 @@ def parser() -> argparse.ArgumentParser:
     return p
 
 
+@program("sweep")
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code, prints one line for anything raised on purpose."""
     options = parser().parse_args(arguments)
@@ -66,11 +66,20 @@ def main(arguments: list[str] | None = None) -> int:
     except (SitlError, OSError) as error:
         print(f"sweep: {error}", file=sys.stderr)
         return error.exit_code if isinstance(error, SitlError) else 2
+    except ModuleNotFoundError as missing:
+        if missing.name not in ("scipy", "matplotlib"):
+            raise
+        print(f"sweep: {remedy(missing, 'design')}", file=sys.stderr)
+        return InputError.exit_code
     except KeyboardInterrupt:
         return 130
 
 
 def _sweep(options: argparse.Namespace) -> int:
+    from sitl.sweep.figure import save_figure  # scipy and matplotlib: not for --help
+    from sitl.sweep.fit import BAND
+    from sitl.sweep.identify import identify, modes, table, write
+
     directory: Path = options.directory
     directory.mkdir(parents=True, exist_ok=True)
     plan = replace(FLEXIBLE if options.flexible else Plan(), realizations=options.realizations)
@@ -86,7 +95,7 @@ def _sweep(options: argparse.Namespace) -> int:
         vehicle = started_vehicle(scenario, options.seed)
     with vehicle as (link, ended):
         sweep(client, link, ended)
-    band = (options.band[0], options.band[1])
+    band = (options.band[0], options.band[1]) if options.band else BAND
     found = [identify(axis, plan, record, band) for axis, record in zip(options.axis, client.records, strict=True)]
     write(found, client.records, directory)
     for one in found:

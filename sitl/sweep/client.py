@@ -170,12 +170,16 @@ class SweepClient:
             self._send(mavlink.MAVLink_command_long_message(1, 1, command, 0, p1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
 
     def _acknowledged(self, ack: Any) -> None:
+        """Only the answer to what the phase asks counts; it may come twice, or say first that it is being worked on."""
+        asked = _COMMANDS.get(self.phase)
+        ours = ack.target_component in (0, mavlink.MAV_COMP_ID_ONBOARD_COMPUTER)
+        if asked is None or ack.command != asked[0] or not ours or ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
+            return
         if ack.result != mavlink.MAV_RESULT_ACCEPTED:
             name = mavlink.enums["MAV_RESULT"][ack.result].name
             raise FlightFailedError(f"{self.phase.value}: the vehicle answered {name}; expected MAV_RESULT_ACCEPTED")
-        if self.phase in _COMMANDS and ack.command == _COMMANDS[self.phase][0]:
-            self._begin(_COMMANDS[self.phase][2])
-            self._command()
+        self._begin(asked[2])
+        self._command()
 
     def _send(self, message: Any) -> None:
         self._out.append(message.pack(self._mav))

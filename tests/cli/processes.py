@@ -85,8 +85,21 @@ class UdpVehicle:
         self.said = []
 
     def __enter__(self):
-        self.send(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3))
+        self.beat()
         return self
+
+    def beat(self):
+        self.send(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3))
+
+    def meet(self):
+        """Wait for a companion whose log does not tell when it listens."""
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            with contextlib.suppress(ConnectionRefusedError):
+                self.beat()
+                if self.hear(0.1):
+                    return
+        raise AssertionError("no companion was met")
 
     def __exit__(self, *_):
         self.socket.close()

@@ -62,6 +62,8 @@ class Aircraft:
     armed: bool = True
     system_status: int = mav.MAV_STATE_ACTIVE
     beats: bool = True
+    flight: tuple | None = None  # landed_state and vtol_state, told at 5 Hz
+    pulses: list | None = None  # of the RC channels, told at 5 Hz
     said: list = field(default_factory=list)
 
     def __post_init__(self):
@@ -101,10 +103,19 @@ class Aircraft:
         age = self.age if age is None else age
         return mav.MAVLink_actuator_control_target_message(stamp, 0, [*u, self.thrust, *self.contained, age])
 
+    def slow(self):
+        if self.flight:
+            landed, vtol = self.flight
+            yield mav.MAVLink_extended_sys_state_message(vtol, landed)
+        if self.pulses:
+            yield mav.MAVLink_rc_channels_message(0, 18, *self.pulses, 255)
+
     def pair(self):
         """One sample as it should be, and a heartbeat each second; returns the corrections that answer it."""
         if self.beats and self.sample % 250 == 0:
             self.heartbeat()
+        if self.sample % 50 == 0:
+            self.deliver(*self.slow())
         heard = self.deliver(self.imu(), self.target())
         self.sample += 1
         self.now += DT

@@ -5,7 +5,7 @@ import pytest
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.companion import Companion, CompanionConfig, parse_config
-from dob_companion.supervisor import RoundTrip, State
+from dob_companion.supervisor import State
 from tests.companion.aircraft import Aircraft, aircraft, corrections, small_design, texts
 
 
@@ -14,10 +14,6 @@ def enabled(plane, samples=900):
     plane.write("DOB_ENABLE", 1.0)
     plane.pairs(samples)
     return plane.companion.status().state
-
-
-def extended(landed, vtol=mav.MAV_VTOL_STATE_MC):
-    return mav.MAVLink_extended_sys_state_message(vtol, landed)
 
 
 def test_a_vehicle_that_is_not_armed_is_never_corrected_and_disarming_ends_it():
@@ -36,8 +32,7 @@ def test_a_vehicle_that_is_not_armed_is_never_corrected_and_disarming_ends_it():
 @pytest.mark.parametrize(("landed", "reached"), [(0, 4), (1, 2), (2, 4), (3, 2), (4, 2)])
 def test_only_in_the_air_or_where_the_vehicle_does_not_say(landed, reached):
     plane = aircraft()
-    plane.heartbeat()
-    plane.deliver(extended(landed))
+    plane.flight = landed, mav.MAV_VTOL_STATE_MC
     assert enabled(plane) == State(reached)
 
 
@@ -55,9 +50,8 @@ def test_only_in_the_air_or_where_the_vehicle_does_not_say(landed, reached):
 def test_where_the_vehicle_does_not_say_a_heartbeat_that_stands_by_means_on_the_ground(status, landed, reached):
     plane = aircraft()
     plane.system_status = status
-    plane.heartbeat()
     if landed is not None:
-        plane.deliver(extended(landed))
+        plane.flight = landed, mav.MAV_VTOL_STATE_MC
     assert enabled(plane) is reached
 
 
@@ -89,8 +83,8 @@ def test_nobody_elses_heartbeat_says_that_we_stand_by():
 )
 def test_transition_and_forward_flight_fade_it_out(vtol, allowed):
     plane = aircraft().active()
-    plane.deliver(extended(2, vtol))
-    plane.pair()
+    plane.flight = mav.MAV_LANDED_STATE_IN_AIR, vtol
+    plane.pairs(60)
     assert (plane.companion.status().state is State.ACTIVE) is allowed
 
 
@@ -102,23 +96,23 @@ def test_throttle_below_the_floor_fades_it_out():
     assert any("throttle" in text for text in texts(plane.said))
 
 
-def test_the_kill_switch_of_the_rc_transmitter_fades_it_out_and_lets_it_come_back():
+def with_kill_switch():
     config = parse_config("[regime]\nkill_channel = 7\nkill_above = 1700", "c.toml")
-    plane = Aircraft(Companion(small_design(), config)).active()
-    pulses = [1500] * 18
+    plane = Aircraft(Companion(small_design(), config))
+    plane.pulses = [1500] * 18
+    return plane
 
-    def rc(pulse):
-        pulses[6] = pulse
-        plane.deliver(mav.MAVLink_rc_channels_message(0, 18, *pulses, 255))
 
-    rc(1900)
-    plane.pair()
+def test_the_kill_switch_of_the_rc_transmitter_fades_it_out_and_lets_it_come_back():
+    plane = with_kill_switch().active()
+    plane.pulses[6] = 1900
+    plane.pairs(51)
     assert plane.companion.status().state is State.RAMP_OUT
     assert any("killed by RC channel 7" in text for text in texts(plane.said))
-    rc(65535)  # a channel that is not there changes nothing
+    plane.pulses[6] = 65535  # a channel that is not there changes nothing
     plane.pairs(300)
     assert plane.companion.status().state is State.TRACKING
-    rc(1100)
+    plane.pulses[6] = 1100
     plane.until(State.ACTIVE)
 
 
@@ -247,7 +241,6 @@ def test_the_round_trip_is_measured_and_stands_in_for_an_age_that_the_vehicle_do
     assert plane.companion.status().delay_samples == 2
     plane.write("DOB_ENABLE", 1.0)
     plane.until(State.ACTIVE)
-    plane.companion.loop.round_trip = RoundTrip()
     fly(1500, 0.03)
     assert plane.companion.status().delay_samples == 9
     assert plane.companion.status().state is not State.ACTIVE

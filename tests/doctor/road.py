@@ -26,6 +26,11 @@ class Road:
     refuses: tuple = ()
     deaf: bool = False
     timesync: bool = True
+    acks: int = 1
+    result: int = 0
+    others_ask: float = 0.0
+    """How far the clock of others who ask the vehicle for its time on this link is from ours, s; 0: nobody does."""
+    reflects: bool = False
     heartbeat: bool = True
     rates: object = None
     age: float = -1.0
@@ -64,6 +69,9 @@ class Road:
                 self.at(now, mav.MAVLink_heartbeat_message(2, self.autopilot, 0, 0, 3, 3))
                 for by, message in self.extra:
                     self.at(now, message, by)
+            if self.others_ask and round(now / 0.0005) % 100 == 0:
+                theirs = round(1e9 * (now + self.others_ask))
+                self.at(now + self.late_s, mav.MAVLink_timesync_message(round(1e9 * now) + 5, theirs))
             if self.heartbeat and now >= vehicle * (1.0 - self.drift):
                 self.sample(now, 10_000_000 + round(1e6 * vehicle), k)
                 vehicle += 1e-6 * self.steps_us[k % len(self.steps_us)]
@@ -72,6 +80,8 @@ class Road:
                 listening.receive(heapq.heappop(self.queue)[2], now)
             listening.advance(now)
             for data in listening.bytes_to_send():
+                if self.reflects:
+                    heapq.heappush(self.queue, (now + 0.05, next(self.order), data))
                 for message in self.ear.parse_buffer(data):
                     self.sent.append(message)
                     self.answer(message, now)
@@ -82,7 +92,8 @@ class Road:
     def answer(self, message, now):
         kind = message.get_type()
         if kind == "COMMAND_LONG" and not self.deaf:
-            result = 2 if message.param1 in self.refuses else 0
-            self.at(now + 2 * self.late_s, mav.MAVLink_command_ack_message(message.command, result, 0, 0, 1, 191))
+            result = 2 if message.param1 in self.refuses else self.result
+            for _ in range(self.acks):
+                self.at(now + 2 * self.late_s, mav.MAVLink_command_ack_message(message.command, result, 0, 0, 1, 191))
         if kind == "TIMESYNC" and message.tc1 == 0 and self.timesync:
             self.at(now + 2 * self.late_s, mav.MAVLink_timesync_message(round(1e9 * now) + 5, message.ts1))

@@ -113,6 +113,43 @@ def test_refused_and_unanswered_requests_are_said():
     assert "HIGHRES_IMU: the request for its rate is not answered" in texts(unanswered, "requests")
 
 
+@pytest.mark.parametrize("acks", [2, 3])
+def test_an_acknowledgement_that_comes_twice_answers_one_request_and_no_stream_is_left_out(acks):
+    refused = mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET
+    road = Road(acks=acks, refuses=(refused,), autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    diagnosis, listening = road.listen()
+    asked = [m.param1 for m in road.sent if m.get_type() == "COMMAND_LONG" and m.param2 > 0]
+    assert len(asked) == len(set(asked)) == 4
+    assert listening.answers == {
+        "HIGHRES_IMU": True, "RAW_IMU": True, "ACTUATOR_CONTROL_TARGET": False, "SERVO_OUTPUT_RAW": True,
+    }  # fmt: skip
+    assert texts(diagnosis, "requests") == "ACTUATOR_CONTROL_TARGET: the vehicle refuses to send it at this rate"
+
+
+def test_a_request_that_is_in_progress_is_neither_refused_nor_answered():
+    diagnosis, _ = Road(result=mav.MAV_RESULT_IN_PROGRESS).listen()
+    assert "refuses" not in texts(diagnosis, "requests")
+    assert "is not answered" in texts(diagnosis, "requests")
+
+
+@pytest.mark.parametrize("clock", [-3.0, 3.0, 1e6])
+def test_only_answers_to_our_own_timesync_count(clock):
+    diagnosis, listening = Road(others_ask=clock).listen()
+    assert "0.5 ms in the median" in texts(diagnosis, "delay")
+    assert 0 < len(listening.round_trips_s) <= listening.asked_time
+    silent, _ = Road(others_ask=clock, timesync=False).listen()
+    assert "not known" in missing(silent, "delay")[0].text
+
+
+def test_a_link_that_sends_back_what_we_say_is_named_and_is_no_other_companion():
+    diagnosis, _ = Road(reflects=True).listen()
+    assert diagnosis.fit
+    assert "messages of our own came back" in texts(diagnosis, "link")
+    by = mav.MAVLink(None, srcSystem=1, srcComponent=191)
+    other, _ = Road(reflects=True, extra=((by, mav.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3)),)).listen()
+    assert "another companion is on the link" in missing(other, "companion")[0].text
+
+
 def test_a_gyro_that_never_changes_and_one_that_is_not_finite_are_not_fit():
     assert missing(Road(rates=lambda _: (0.0, 0.0, 0.0)).listen()[0], "gyro")
     assert missing(Road(rates=lambda k: (0.1 * (k % 2), math.nan, 0.0)).listen()[0], "gyro")

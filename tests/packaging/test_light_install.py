@@ -6,6 +6,7 @@ Every distribution that those three do not bring along is refused to a real proc
 
 import json
 import re
+import shlex
 import subprocess
 import sys
 from importlib.metadata import PackageNotFoundError, packages_distributions, requires
@@ -15,10 +16,12 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from dob_companion.artifact import dumps
+from dob_companion.cli.extras import remedy as of_the_companion
 from dob_companion.cli.main import command_modules
+from sitl.extras import remedy as of_the_vehicle
 from tests.cli.processes import free_port, one_line
 from tests.companion.aircraft import small_design
-from tests.packaging.project import EXTRAS, PROJECT, requirements
+from tests.packaging.project import EXTRAS, PROJECT, ROOT, requirements
 
 _LIGHT = """
 import json, runpy, sys
@@ -125,9 +128,49 @@ def test_help_needs_no_extra(command, tmp_path):
 def test_a_command_of_another_wing_names_the_extra_that_brings_what_it_misses(arguments, design, tmp_path):
     finished = run_light(*arguments, cwd=tmp_path)
     assert finished.returncode == 2
-    complaint = re.fullmatch(
-        r"dob-companion: (\w+) is not installed: pip install 'dob-companion\[(\w+)\]'", one_line(finished)
-    )
-    missing, extra = complaint.groups()
+    missing, extra, command = complaint(finished)
+    assert canonicalize_name(packages_distributions()[missing][0]) in requirements(EXTRAS[extra])
+    assert extra == "demo" or arguments[0] != "demo"
+    assert command[:4] == [sys.executable, "-m", "pip", "install"]
+    assert command[4:] == ["-c", f"{ROOT}/constraints.txt", "-e", f"{ROOT}[{extra}]"]
+    assert not (tmp_path / "out").exists()
+
+
+def complaint(finished):
+    """What is missing, the extra that brings it, and the shell's words of the remedy."""
+    missing, remedy = re.fullmatch(r"[\w-]+: (\w+) is not installed: (.*)", one_line(finished)).groups()
+    return missing, re.search(r"\[(\w+)\]", remedy)[1], shlex.split(remedy)
+
+
+@pytest.mark.parametrize("module", ["sitl", "sitl.sweep", "sitl.campaign"])
+def test_help_of_the_vehicles_programs_needs_no_extra(module, tmp_path):
+    finished = run_light("--help", cwd=tmp_path, module=module)
+    assert finished.returncode == 0, finished.stderr
+    assert "example" in finished.stdout
+
+
+@pytest.mark.parametrize(
+    ("module", "extra", "arguments"),
+    [
+        ("sitl.sweep", "design", ("-o", "out")),
+        ("sitl.campaign", "campaign", ("--designs", "design.json", "-o", "out")),
+        ("sitl.campaign", "campaign", ("replay", "out", "--flight", "0", "-o", "again")),
+    ],
+)
+def test_a_program_of_the_vehicle_names_the_extra_that_it_needs(module, extra, arguments, design, tmp_path):
+    finished = run_light(*arguments, cwd=tmp_path, module=module)
+    assert finished.returncode == 2
+    missing, named, _ = complaint(finished)
+    assert named == extra
     assert canonicalize_name(packages_distributions()[missing][0]) in requirements(EXTRAS[extra])
     assert not (tmp_path / "out").exists()
+
+
+def test_in_a_checkout_the_remedy_is_typed_as_it_stands(monkeypatch):
+    """Relative to where one is, as after `make demo`; pip itself is not run here."""
+    for made in (of_the_companion, of_the_vehicle):
+        monkeypatch.chdir(ROOT)
+        monkeypatch.setattr(sys, "executable", str(ROOT / ".venv" / "bin" / "python"))
+        words = shlex.split(made(ModuleNotFoundError(name="scipy"), "design").partition(": ")[2])
+        assert words == [".venv/bin/python", "-m", "pip", "install", "-c", "constraints.txt", "-e", ".[design]"]
+        assert (ROOT / "constraints.txt").exists()

@@ -90,7 +90,7 @@ def test_the_open_loop_stays_out_of_the_disk_that_the_page_draws():
 
 def test_step_and_gust_end_where_the_observer_has_found_them():
     loops = loops_of(paper_design().blocks[0], 0.004)
-    step, gust = step_response(loops, 0, 0.1, 1.0), gust_response(loops, 0, 0.1, 2.0)
+    step, gust = step_response(loops, 0, 0.1), gust_response(loops, 0, 0.1)
     assert step.d_hat[0] == 0.0
     assert step.d_hat[-1] == pytest.approx(0.1, rel=0.03)
     assert abs(step.rate_on[-1]) < 0.05 * abs(step.rate_off[-1])

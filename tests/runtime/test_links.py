@@ -137,6 +137,16 @@ def test_a_far_end_that_does_not_read_holds_nothing_up_and_then_gets_whole_messa
         assert any("the line is full" in event.text for event in end.link.events())
 
 
+@pytest.mark.parametrize("far_end", [tcp_far_end, lambda: pty_far_end(921600)])
+def test_a_line_with_room_carries_every_correction_of_one_turn(far_end):
+    talk = Talk()
+    with far_end() as end:
+        end.link.write(*(talk.correction(k) for k in range(5)), talk.text(5))
+        ear = end.read_to_the_end()
+        assert (ear.stamps, ear.texts) == ([0, 1, 2, 3, 4], [5])
+        assert not any("full" in event.text for event in end.link.events())
+
+
 def test_a_line_is_given_no_more_than_its_baud_rate_carries():
     talk, baud = Talk(), 57600
     with pty_far_end(baud) as end:

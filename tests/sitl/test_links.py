@@ -1,15 +1,18 @@
 """Link URLs, sockets, and the schedule of real time."""
 
 import itertools
+import re
 import socket
 
 import pytest
 
 from sitl.errors import LinkBusyError, LinkUrlError
-from sitl.links import Link, open_link, parse_url, wait
+from sitl.links import Link, open_link, other_end, parse_url, wait
 from sitl.pace import CATCH_UP, Pace
 
 DT = 0.004
+MANY = 10_000
+"""Kilobytes: more than the kernel keeps for a client that does not read."""
 
 
 def free_port(kind: int = socket.SOCK_DGRAM) -> int:
@@ -33,16 +36,35 @@ def test_both_spellings_of_a_link_are_read(scheme, slashes):
 
 
 @pytest.mark.parametrize(
-    "url", ["", "udp:127.0.0.1:1", "udpin:127.0.0.1", "udpin:127.0.0.1:0", "tcp:h:70000", "udpin:::1", "udpout:h:1x"]
+    ("url", "found"),
+    [
+        ("udp:0.0.0.0:14550", ("udpin", "0.0.0.0", 14550)),
+        ("udp://:14540", ("udpin", "127.0.0.1", 14540)),
+        ("udpout:14540", ("udpout", "127.0.0.1", 14540)),
+        ("tcpin:127.0.0.1:5760", ("tcp", "127.0.0.1", 5760)),
+    ],
+)
+def test_the_spellings_of_other_programs_are_read_and_no_host_is_loopback(url, found):
+    assert parse_url(url) == found
+
+
+@pytest.mark.parametrize("url", ["udpin:127.0.0.1:14540", "udpout:[::1]:14540", "tcp:127.0.0.1:5760"])
+def test_the_other_end_of_the_other_end_is_the_link_itself(url):
+    assert other_end(other_end(url)) == url
+
+
+@pytest.mark.parametrize(
+    "url", ["", "upd:127.0.0.1:1", "udpin:127.0.0.1", "udpin:127.0.0.1:0", "tcp:h:70000", "udpin:::1", "udpout:h:1x"]
 )
 def test_anything_else_is_no_link(url):
     with pytest.raises(LinkUrlError, match="expected udpin:HOST:PORT"):
         parse_url(url)
 
 
-def test_a_host_that_nobody_knows_is_named():
-    with pytest.raises(LinkUrlError, match=r"no-such-host\.invalid"):
-        open_link("udpout:no-such-host.invalid:14540")
+@pytest.mark.parametrize("host", ["no-such-host.invalid", "two..dots", "x" * 64 + ".invalid"])
+def test_a_host_that_nobody_knows_is_named(host):
+    with pytest.raises(LinkUrlError, match=re.escape(host)):
+        open_link(f"udpout:{host}:14540")
 
 
 @pytest.mark.parametrize(("scheme", "kind"), [("udpin", socket.SOCK_DGRAM), ("tcp", socket.SOCK_STREAM)])
@@ -102,6 +124,25 @@ def test_tcp_serves_one_client_after_another():
             link.send(b"back")
             assert client.recv(100) == b"back"
         assert wait({"it": link}, 5.0) == []  # the end of the stream
+    link.close()
+
+
+def test_a_tcp_client_that_does_not_keep_up_misses_whole_datagrams_and_keeps_its_connection():
+    port = free_port(socket.SOCK_STREAM)
+    link = open_link(f"tcp:127.0.0.1:{port}")
+    with socket.create_connection(("127.0.0.1", port), timeout=5.0) as client:
+        client.sendall(b"here")
+        assert receive(link) == b"here"
+        for k in range(MANY):
+            link.send(f"{k:999}\n".encode())
+        text = b""
+        while not text.endswith(f"{MANY - 1:999}\n".encode()):
+            text += client.recv(1 << 16)
+            link.receive()
+    numbers = [int(row) for row in text.decode().splitlines()]
+    assert all(len(row) == 999 for row in text.decode().splitlines())
+    assert numbers == sorted(set(numbers))
+    assert len(numbers) < MANY
     link.close()
 
 

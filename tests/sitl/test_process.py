@@ -1,6 +1,7 @@
 """The simulated vehicle as a process, over real sockets, with a companion that answers zeros."""
 
 import json
+import shlex
 import signal
 import socket
 import subprocess
@@ -86,6 +87,31 @@ def test_the_ground_station_is_told_how_the_flight_goes(tmp_path):
         assert list(dict.fromkeys(sitl.texts)) == [f"sitl: {t}" for t in expected]
 
 
+def test_a_flight_whose_notes_nobody_reads_any_more_is_flown_to_its_end(tmp_path):
+    with Sitl(short_scenario(tmp_path), *LOCKSTEP, "-o", str(tmp_path / "out")) as sitl:
+        sitl.process.stderr.close()
+        sitl.run()
+        assert sitl.process.wait(20) == 0
+        sitl.process.stderr = None
+    assert json.loads((tmp_path / "out" / "result.json").read_text())["samples"] == 500
+
+
+@pytest.mark.parametrize(
+    ("redirection", "code", "err"),
+    [
+        ("| true", 0, ""),
+        (">&- 2>&-", 0, ""),
+        ("> /dev/full", 1, "sitl: standard output cannot be written: No space left on device\n"),
+    ],
+)
+def test_a_result_that_nobody_reads_is_no_error_and_one_that_is_lost_is(redirection, code, err):
+    command = f"{shlex.quote(sys.executable)} -m sitl calm --about {redirection}"
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stderr) == (code, err)
+
+
 def test_in_real_time_it_flies_the_same_scenario(tmp_path):
     with Sitl(short_scenario(tmp_path), "-o", str(tmp_path / "out")) as sitl:
         code, err = sitl.finish()
@@ -118,6 +144,26 @@ def test_without_a_companion_lockstep_ends_after_its_timeout():
         code, err = sitl.finish()
     assert code == 1
     assert "no answer to sample 0 for 0.5 s" in err
+
+
+def test_lockstep_says_what_it_waits_for_and_how_to_start_it():
+    with Sitl(*LOCKSTEP, "--timeout", "2.5") as sitl:
+        sitl.answering = False
+        _, err = sitl.finish()
+        port = sitl.companion.socket.getsockname()[1]
+    assert f"sitl: waiting for a companion: dob-companion run --design FILE --link udpin:127.0.0.1:{port}\n" in err
+
+
+def test_what_a_scenario_is_can_be_asked_without_flying_it():
+    def about(name):
+        asked = [sys.executable, "-m", "sitl", name, "--about"]
+        return subprocess.run(asked, capture_output=True, text=True, check=False)
+
+    dryden, calm = (json.loads(about(name).stdout) for name in ("dryden", "calm"))
+    assert (dryden["scenario"], dryden["airframe"], dryden["checks"]) == ("dryden", "tailsitter", 6)
+    assert dryden["seconds"] == pytest.approx(2 * 40 + 15, abs=10)
+    assert (calm["seconds"], calm["checks"]) == (None, 0)
+    assert about("drydne").returncode == 2
 
 
 def test_a_companion_that_falls_silent_ends_a_lockstep_flight():
@@ -185,7 +231,7 @@ def run_once(*arguments: str) -> tuple[int, str]:
     [
         (("papper",), "did you mean 'paper'"),
         (("nowhere.toml",), "nowhere.toml"),
-        (("--link", "udp:127.0.0.1:1"), "expected udpin:HOST:PORT"),
+        (("--link", "upd:127.0.0.1:1"), "expected udpin:HOST:PORT"),
         (("--gcs", "tcp:127.0.0.1"), "expected udpin:HOST:PORT"),
         (("--seed", "-1"), "--seed"),
         (("-o", __file__), "expected a directory"),

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dob_companion.supervisor import DelayMonitor, Hysteresis, LinkGate, RateMonitor
+from dob_companion.supervisor import DelayMonitor, Hysteresis, LinkGate, RateMonitor, RoundTrip
 from dob_companion.supervisor.monitors import UNKNOWN_AGE
 
 DT_US = 4000
@@ -91,3 +91,24 @@ def test_hysteresis_needs_unbroken_evidence_both_ways():
     assert gate.update(220, False)
     assert gate.update(269, False)
     assert not gate.update(270, False)
+
+
+def test_a_round_trip_counts_once_and_only_for_what_was_asked():
+    trip = RoundTrip()
+    trip.asked(5_000_000_000)
+    assert trip.answered(4_999_999_999, 5.02) is None
+    assert trip.answered(5_000_000_000, 5.02) == pytest.approx(0.02)
+    assert trip.answered(5_000_000_000, 9.0) is None  # a copy, on a slower link
+    assert trip.percentile(0.5) == pytest.approx(0.02)
+
+
+def test_round_trips_are_forgotten_when_they_are_old():
+    trip = RoundTrip()
+    for second in range(8):
+        trip.asked(second * 10**9)
+        trip.answered(second * 10**9, second + (0.1 if second < 4 else 0.004))
+    assert trip.percentile(1.0) == pytest.approx(0.1)
+    trip.forget(9.0)
+    assert trip.percentile(1.0) == pytest.approx(0.004)
+    trip.forget(13.0)
+    assert np.isnan(trip.delay_samples(0.004))

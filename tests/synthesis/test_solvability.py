@@ -53,11 +53,6 @@ def test_a_hidden_integrator_is_refused():
     assert "cannot be reached" in message
 
 
-def test_a_disturbance_weight_with_a_zero_on_the_plants_integrator_is_refused():
-    message = refusal(W_d=zpk([1.0], [0.5], 1.0, paper.DT))
-    assert "disturbance weight: zero at the plant's mode z = 1" in message
-
-
 def test_a_disturbance_weight_of_nothing_is_refused():
     assert "nothing to estimate" in refusal(W_d=static(0.0))
 

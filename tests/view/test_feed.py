@@ -2,7 +2,6 @@
 
 import math
 import os
-import select
 import signal
 import socket
 from dataclasses import replace
@@ -13,7 +12,6 @@ from dob_companion.companion import Companion, Event
 from dob_companion.companion.witness import Witness
 from dob_companion.errors import LinkBusyError
 from dob_companion.view.feed import Feed, LoopClock
-from dob_companion.view.lines import Lines
 from tests.companion.aircraft import DT, small_design
 from tests.view.watching import get, stream
 
@@ -112,18 +110,3 @@ def test_a_signal_of_the_terminal_is_not_for_the_viewers(watched):
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         os.kill(pid, number)
     assert get(port)[0] == 200
-
-
-def test_a_log_that_nobody_reads_loses_lines_and_says_how_many():
-    reading, writing = os.pipe()
-    with os.fdopen(writing, "w") as stream_, os.fdopen(reading, "rb", buffering=0) as reader:
-        lines = Lines(stream_)
-        for k in range(MANY):  # it returns, though the pipe takes 64 KiB only
-            lines.write(f"line {k} " + 80 * "x")
-        while select.select([reader], [], [], 0.0)[0]:
-            kept = os.read(reader.fileno(), 65536)
-        lines.write("the last")
-        told, last = os.read(reader.fileno(), 65536).decode().splitlines()
-    newest = int(kept.splitlines()[-1].split()[1])
-    assert told == f"({MANY - newest - 1} lines left out)"
-    assert last == "the last"

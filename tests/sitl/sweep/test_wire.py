@@ -69,6 +69,22 @@ def test_a_refusal_ends_the_sweep_and_says_in_which_phase():
     client.receive(refused.pack(pilot))  # nobody else's refusal counts
 
 
+@pytest.mark.parametrize(
+    ("command", "result", "target"),
+    [
+        (mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_RESULT_DENIED, 191),
+        (mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_RESULT_DENIED, 191),
+        (mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_RESULT_IN_PROGRESS, 191),
+        (mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_RESULT_DENIED, 190),
+    ],
+)
+def test_only_the_answer_to_what_the_phase_asks_moves_the_sweep_or_ends_it(command, result, target):
+    client, phase = SweepClient([]), SweepClient([]).phase
+    ack = mavlink.MAVLink_command_ack_message(command, result, 0, 0, 1, target)
+    client.receive(ack.pack(mavlink.MAVLink(None, 1, 1)))
+    assert client.phase is phase
+
+
 def test_a_missing_sample_spoils_a_sweep_and_a_repeat_does_not():
     client, endpoint = SweepClient([(0, excitation(SHORT, 1))]), vehicle()
 
