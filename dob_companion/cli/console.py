@@ -1,8 +1,8 @@
 """Standard output and error of a command: what cannot be written must not decide what becomes of the work.
 
-Notes on standard error are written if they can be. A result that nobody reads any more, as in `… | head`, is no error
-and the command ends with its own exit code. One that could not be written, as on a full disk, is said in one line, and
-success becomes exit code 1.
+Notes on standard error are written if they can be, and not waited for: a warning must not hold a flight. A result that
+nobody reads any more, as in `… | head`, is no error and the command ends with its own exit code. One that could not be
+written, as on a full disk, is said in one line, and success becomes exit code 1.
 """
 
 import contextlib
@@ -20,7 +20,7 @@ PATIENCE_S = 1.0
 """How long a last line waits for a reader."""
 
 
-class Patient(io.FileIO):
+class Results(io.FileIO):
     """A descriptor to which writing never fails: what it does not take is lost, and the first trouble is kept."""
 
     trouble: OSError | None = None
@@ -36,6 +36,14 @@ class Patient(io.FileIO):
         return written
 
 
+class Notes(Results):
+    """Whole lines that nobody waits for; those that are not taken are lost."""
+
+    def write(self, data: Any, /) -> int:
+        """Write a line, if there is room for one."""
+        return super().write(data) if select.select([], [self], [], 0.0)[1] else memoryview(data).nbytes
+
+
 @contextlib.contextmanager
 def console() -> Iterator[Callable[[int], int]]:
     """Give the process outputs that hold. Yields what makes the right exit code of a command's own.
@@ -44,25 +52,23 @@ def console() -> Iterator[Callable[[int], int]]:
     """
     _open_standard_descriptors()
     out, err = sys.stdout, sys.stderr
-    replaced = [(name, fd) for name, fd in (("stdout", 1), ("stderr", 2)) if _is_original(name)]
-    files = {name: Patient(fd, "w", closefd=False) for name, fd in replaced}
-    for name, _ in replaced:
-        setattr(sys, name, _text(files[name], getattr(sys, name)))
+    results = Results(1, "w", closefd=False)
+    if out is sys.__stdout__:
+        sys.stdout = _text(results, out)
+    if err is sys.__stderr__:
+        sys.stderr = _text(Notes(2, "w", closefd=False), err)
 
     def verdict(code: int) -> int:
-        with contextlib.suppress(OSError):
-            sys.stdout.flush()
-        trouble = files["stdout"].trouble if "stdout" in files else None
-        if trouble is None or trouble.errno == errno.EPIPE:
+        sys.stdout.flush()
+        if results.trouble is None or results.trouble.errno == errno.EPIPE:
             return code
-        complain(f"standard output cannot be written: {trouble.strerror}")
+        complain(f"standard output cannot be written: {results.trouble.strerror}")
         return code or EXIT_UNWRITTEN
 
     try:
         yield verdict
     finally:
-        for name, _ in replaced:
-            getattr(sys, name).flush()
+        sys.stdout.flush()
         sys.stdout, sys.stderr = out, err
 
 
@@ -79,17 +85,13 @@ def _takes_more(stream: TextIO) -> bool:
         return True
 
 
-def _is_original(name: str) -> bool:
-    return getattr(sys, name) is getattr(sys, f"__{name}__")
-
-
-def _text(raw: Patient, before: TextIO | None) -> TextIO:
+def _text(raw: Results, before: TextIO | None) -> TextIO:
     """As the interpreter makes them, except that a character which the encoding lacks is written as an escape."""
     return io.TextIOWrapper(
         io.BufferedWriter(raw),
         getattr(before, "encoding", "utf-8"),
         "backslashreplace",
-        line_buffering=raw.isatty() or raw.fileno() == 2,
+        line_buffering=raw.isatty() or isinstance(raw, Notes),
         write_through=getattr(before, "write_through", False),
     )
 

@@ -1,6 +1,7 @@
 """Putting the daemon together: a checked design, a configuration, a link, and somewhere to log."""
 
 import json
+import signal
 import sys
 import time
 from collections.abc import Mapping
@@ -44,6 +45,7 @@ def fly(
     settings, text = configured(config, state)
     settings = replace(settings, record=replace(settings.record, **record))
     url = parse_link_url(link_url)
+    signal.signal(signal.SIGTTOU, signal.SIG_IGN)  # `stty tostop`: writing in the background must not stop us
     with closing(Lines(sys.stdout if as_json else sys.stderr)) as lines:
         feed = Feed(lambda event: lines.write(_as_json(event) if as_json else _as_text(event)))
         show = feed.event

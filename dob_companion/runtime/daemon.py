@@ -49,11 +49,9 @@ class Stop:
         """Take the ending signals over; give them back at the end.
 
         SIGHUP stays ignored where it was, by `nohup`. SIGINT does not: a shell has it ignored for whatever it starts
-        in the background, and who sends it all the same means it. A terminal set to stop background programs that
-        write to it (`stty tostop`) must not stop us.
+        in the background, and who sends it all the same means it.
         """
         before = {number: signal.signal(number, self._note) for number in _ENDING if not _hangup_ignored(number)}
-        before[signal.SIGTTOU] = signal.signal(signal.SIGTTOU, signal.SIG_IGN)
         wakeup = signal.set_wakeup_fd(self._woken.fileno(), warn_on_full_buffer=False)
         try:
             yield self

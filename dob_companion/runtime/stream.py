@@ -54,8 +54,8 @@ class OutgoingLink:
         if lost > self._told and now >= self._tell_at:
             self._told, self._tell_at = lost, now + TELL_EVERY_S
             self._warn(
-                f"the line is full: so far {self._outbox.overtaken} corrections were overtaken by newer ones and "
-                f"{self._outbox.dropped} other messages dropped"
+                f"the line is full: corrections overtaken by newer ones: {self._outbox.overtaken}, "
+                f"other messages dropped: {self._outbox.dropped}"
             )
         events, self._events = self._events, []
         return events
