@@ -8,11 +8,11 @@ from typing import Any
 import control as ct
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 from dob_companion.synthesis.loop import Loop, close_loop
 from dob_companion.synthesis.norms import angle_grid, gains, hinf_norm, response, spectral_radius
 from dob_companion.synthesis.problem import Problem
+from dob_companion.synthesis.structured import structured_bounds
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -20,8 +20,11 @@ ComplexArray = NDArray[np.complex128]
 MOST_DELAY_SAMPLES = 50
 """The searches for delay margins end here; a margin of this size means "at least"."""
 
-DESCENT_STEPS, POLISHED = 40, 8
-"""Steps towards the best scaling at every frequency, and how many of the highest peaks are then optimized."""
+COUPLED_TOLERANCE = 1e-5
+"""Relative width of the bracket of a disk margin of several moments."""
+
+VANISHING = 1e-6
+"""Share of the terms that an entry of a response is summed from below which it is not scaled any smaller."""
 
 BAND_EDGE = 0.707
 """|1 - T| at the end of a bandwidth."""
@@ -32,60 +35,22 @@ def disk_margin(loop: Loop) -> float:
 
     The loop is broken at u_e between the observer's tap and the plant, so that the observer does not know
     of the error: 1 / mu(S - I/2), S = d -> u_e + d. For several moments mu's upper bound over diagonal
-    scalings (exact up to three) at each frequency, as in python-control.
+    scalings (exact up to three) at each frequency, as in python-control, proved between frequencies as well.
     """
     S = _balanced_sensitivity(loop)
     if loop.m == 1:
         return 1.0 / hinf_norm(S)[0]
-    angles, peak = angle_grid(S.A, 800), 0.0
-    for _ in range(3):  # the second and third look are at the neighbourhood of the peak
-        bounds, scales = structured_bounds(response(S, angles))
-        order = np.argsort(-bounds)
-        top = order[:POLISHED]
-        tight = [structured_bound(M, scales[k]) for k, M in zip(top, response(S, angles[top]), strict=True)]
-        peak = max(peak, *tight, float(bounds[order[POLISHED]]) if len(order) > POLISHED else 0.0)
-        k = int(top[int(np.argmax(tight))])
-        angles = np.linspace(angles[max(k - 1, 0)], angles[min(k + 1, len(angles) - 1)], 41)
-    return 1.0 / peak
+    return 1.0 / hinf_norm(S, COUPLED_TOLERANCE, scaling=_scales)[0]
+
+
+def _scales(M: ComplexArray, sizes: Array) -> Array:
+    return structured_bounds(M, VANISHING * sizes)[1]
 
 
 def axis_disk_margins(loop: Loop) -> list[float]:
     """The disk margin of each moment alone, the others exact."""
     S = _balanced_sensitivity(loop)
     return [1.0 / hinf_norm(S[[i], [i]])[0] for i in range(loop.m)]
-
-
-def structured_bounds(M: ComplexArray) -> tuple[Array, Array]:
-    """Upper bounds of mu for diagonal complex blocks, (N, k, k) -> (N,), and the scalings (N, k) that give them.
-
-    All frequencies descend together: the gradient of log ||D M D^-1|| in log d_i is |u_i|^2 - |v_i|^2, with
-    u and v the singular vectors of the largest singular value.
-    """
-    logs = np.zeros(M.shape[:2])
-    best, best_logs = np.full(len(M), np.inf), logs
-    for step in np.geomspace(1.0, 0.05, DESCENT_STEPS):
-        scale = np.exp(logs)
-        U, sizes, Vh = np.linalg.svd(M * scale[:, :, None] / scale[:, None, :])
-        better = sizes[:, 0] < best
-        best, best_logs = np.where(better, sizes[:, 0], best), np.where(better[:, None], logs, best_logs)
-        logs = logs - step * (np.abs(U[:, :, 0]) ** 2 - np.abs(Vh[:, 0, :]) ** 2)
-    return best, np.exp(best_logs)
-
-
-def structured_bound(M: ComplexArray, scale: Array) -> float:
-    """min over diagonal D > 0 of ||D M D^-1||, from a first guess; mu itself for up to three scalar blocks."""
-
-    def norm(logs: Array) -> float:
-        d = np.exp(np.concatenate([[0.0], logs]))
-        return float(np.linalg.norm(M * d[:, None] / d, 2))
-
-    start = np.log(scale[1:] / scale[0])
-    near = np.vstack([start, start + 0.1 * np.eye(len(start))])
-    return float(
-        optimize.minimize(
-            norm, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-7, "initial_simplex": near}
-        ).fun
-    )
 
 
 def delay_margin(problem: Problem, observer: Any) -> int:

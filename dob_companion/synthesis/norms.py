@@ -1,25 +1,28 @@
 """Frequency response and H-infinity norm of discrete systems: what certificates are measured with.
 
-The norm follows Bruinsma and Steinbuch (Systems & Control Letters 14, 1990): at a level gamma the
-frequencies where a singular value of G crosses it are the unit-circle eigenvalues of a symplectic
-pencil, so each step either raises the lower bound or proves the level. It is formed without inverting
-anything, so poles at z = 0 (delays) and levels equal to a singular value of D do no harm; python-control's
-own routine refuses the former without slycot.
+The norm is bounded arc by arc of the unit circle (`arcs.py`) and the arcs are cut where the bound is not yet near the
+largest gain measured: branch and bound. The usual test of a level, by the unit-circle eigenvalues of a Hamiltonian or
+symplectic pencil (Boyd and Balakrishnan, Systems & Control Letters 15, 1990; Bruinsma and Steinbuch, same journal 14,
+1990), is no proof where poles are close together: rounding moves those eigenvalues off the circle and a peak is
+overlooked.
 """
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
-from dob_companion.synthesis.reduce import balanced
+from dob_companion.errors import NotConvergedError
+from dob_companion.synthesis.arcs import Scaling, gain_bracket
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 TOLERANCE = 1e-9
 """Relative width of the final bracket of the norm; the upper end is reported."""
+
+LOOSEST = 1e-5
+"""A wider bracket is no answer."""
 
 
 def spectral_radius(A: Array) -> float:
@@ -63,45 +66,21 @@ def angle_grid(A: Array, count: int = 600) -> Array:
     return np.unique(np.clip(grid, 0.0, np.pi))
 
 
-def hinf_norm(system: Any) -> tuple[float, float]:
+def hinf_norm(system: Any, tolerance: float = TOLERANCE, scaling: Scaling | None = None) -> tuple[float, float]:
     """H-infinity norm and the angle (rad per sample) of its peak; (inf, nan) for an unstable system.
 
-    The value is the proven upper end of a bracket of relative width 2e-9.
+    The value is an upper bound at every frequency: proved, with an allowance for rounding, and `tolerance` (relative)
+    above a gain measured at that angle unless rounding makes it more. With a `scaling` the norm is that of the scaled
+    system (`arcs.Scaling`).
+
+    Raises NotConvergedError rather than return anything wider than LOOSEST.
     """
     if spectral_radius(system.A) >= 1.0:
         return float("inf"), float("nan")
-    system = balanced(system)
-    angles = angle_grid(system.A)
-    sizes = gains(system, angles)
-    peak, where = float(np.max(sizes)), float(angles[np.argmax(sizes)])
-    for _ in range(40):
-        level = peak * (1.0 + 2.0 * TOLERANCE)
-        candidates = _crossings(system, level) if level > 0 else np.zeros(0)
-        if candidates.size == 0:
-            return level, where
-        sizes = gains(system, candidates)
-        if np.max(sizes) <= level:
-            return level, where
-        peak, where = float(np.max(sizes)), float(candidates[np.argmax(sizes)])
-    return level, where
-
-
-def _crossings(system: Any, level: float) -> Array:
-    """Angles to look at: every pencil eigenvalue near the unit circle, and the midpoints between them.
-
-    "Near" is generous: a false candidate costs one evaluation, a missed one would cost the proof.
-    """
-    A, B, C, D = system.A, system.B, system.C, system.D / level
-    n, (p, m) = system.nstates, system.D.shape
-    size = 2 * n + m + p
-    M, N = np.zeros((size, size)), np.zeros((size, size))
-    x, q, u, y = slice(0, n), slice(n, 2 * n), slice(2 * n, 2 * n + m), slice(2 * n + m, size)
-    share = np.sqrt(level)
-    N[x, x], M[x, x], M[x, u] = np.eye(n), A, B / share  # z x = A x + B u
-    M[q, q], M[q, y], N[q, q] = np.eye(n), -C.T / share, A.T  # q = z A' q + C' y
-    M[u, u], M[u, y], N[u, q] = -np.eye(m), D.T, -B.T / share  # level u = z B' q + D' y
-    M[y, x], M[y, u], M[y, y] = C / share, D, -np.eye(p)  # level y = C x + D u
-    top, bottom = linalg.eig(M, N, right=False, homogeneous_eigvals=True)
-    near = np.abs(np.abs(top) - np.abs(bottom)) < 1e-4 * np.abs(bottom)
-    angles = np.sort(np.abs(np.angle(top[near] / bottom[near])))
-    return np.concatenate([angles, (angles[1:] + angles[:-1]) / 2.0]) if angles.size else angles
+    found = gain_bracket(system, tolerance, scaling=scaling)
+    if not found.converged and not found.high <= found.low * (1.0 + LOOSEST):
+        raise NotConvergedError(
+            f"the norm of a system of order {system.nstates} lies between {found.low:.7g} and {found.high:.7g}: no "
+            "nearer bounds were found"
+        )
+    return found.high + found.rounding, found.angle

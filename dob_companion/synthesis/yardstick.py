@@ -23,10 +23,11 @@ from numpy.typing import NDArray
 
 from dob_companion.errors import UnsolvableError
 from dob_companion.synthesis.auto_spec import AutoSpec
-from dob_companion.synthesis.margins import MOST_DELAY_SAMPLES, structured_bounds
+from dob_companion.synthesis.margins import MOST_DELAY_SAMPLES
 from dob_companion.synthesis.models import stack
 from dob_companion.synthesis.norms import response, spectral_radius
 from dob_companion.synthesis.reduce import gramian
+from dob_companion.synthesis.structured import structured_bounds
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -34,9 +35,6 @@ ComplexArray = NDArray[np.complex128]
 MARGIN_POINTS, BAND_POINTS, SPECTRUM_POINTS = 160, 60, 150
 """Frequencies, logarithmic and as many again linear, at which margins are looked for; those in a band; and those over
 which a low-pass is integrated."""
-
-WORST = 60
-"""Of coupled axes only this many of the worst frequencies are scaled: scaling is slow, and lowers the others too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,13 +134,7 @@ class Yardstick:
 
     def _largest(self, M: ComplexArray) -> float:
         """Largest structured singular value over frequency (of coupled axes its upper bound)."""
-        sizes = np.linalg.norm(M, 2, axis=(1, 2))
-        if M.shape[1] == 1:
-            return float(np.max(sizes))
-        order = np.argsort(-sizes)
-        rest = float(sizes[order[WORST]]) if len(order) > WORST else 0.0
-        scaled = float(np.max(structured_bounds(M[order[:WORST]])[0]))
-        return max(scaled, rest) if scaled > rest else float(np.max(structured_bounds(M)[0]))
+        return float(np.max(structured_bounds(M)[0]))
 
     def _require_stable(self, plant: Any, controller: Any, attitude_gain: float) -> None:
         step, count = self.dt * attitude_gain, self._rates

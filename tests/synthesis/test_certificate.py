@@ -6,7 +6,7 @@ from dob_companion.errors import NotCertifiedError
 from dob_companion.synthesis import synthesize
 from dob_companion.synthesis.certificate import Claim, certify
 from dob_companion.synthesis.loop import close_loop
-from dob_companion.synthesis.margins import delay_margin, disk_margin, structured_bound, structured_bounds
+from dob_companion.synthesis.margins import delay_margin, disk_margin
 from dob_companion.synthesis.norms import response, spectral_radius
 from tests.synthesis import paper
 from tests.synthesis.problems import random_problem, static
@@ -94,16 +94,6 @@ def test_multi_loop_disk_margin_is_python_controls():
     mu = [slycot.ab13md(m, np.array([1, 1]), np.array([2, 2]))[0] for m in M]
     assert disk_margin(loop) == pytest.approx(1.0 / np.max(mu), rel=0.01)
     assert min(result.certificate.extra["disk_margin_per_axis"]) >= disk_margin(loop) * (1 - 1e-6)
-
-
-def test_structured_bounds_are_slicots():
-    rng = np.random.default_rng(0)
-    M = (rng.normal(size=(60, 3, 3)) + 1j * rng.normal(size=(60, 3, 3))) * 10 ** rng.uniform(-1, 1, size=(60, 3, 1))
-    expected = np.array([slycot.ab13md(m, np.array([1] * 3), np.array([2] * 3))[0] for m in M])
-    bounds, scales = structured_bounds(M)
-    assert np.all(bounds >= expected * (1 - 1e-6))
-    polished = [structured_bound(m, s) for m, s in zip(M, scales, strict=True)]
-    assert polished == pytest.approx(expected, rel=1e-5)
 
 
 def test_one_more_sample_than_the_delay_margin_destabilizes(pitch):

@@ -3,8 +3,12 @@ import numpy as np
 import pytest
 from scipy import linalg
 
+from dob_companion.errors import NotConvergedError
+from dob_companion.synthesis import arcs, synthesize, zpk
 from dob_companion.synthesis.norms import gains, hinf_norm, response
 from dob_companion.synthesis.reduce import gramian, hidden_modes, minimal
+from tests.synthesis import exact
+from tests.synthesis.problems import DT, static
 
 slycot = pytest.importorskip("slycot")
 
@@ -74,3 +78,41 @@ def test_hidden_modes_are_found_and_removed_whatever_their_place(hidden):
 def test_a_minimal_system_is_left_bit_for_bit():
     s = random_system(np.random.default_rng(2), 0.9, 6)
     assert minimal(s) is s
+
+
+LAGS = {"controller": 1.0, "W_d": ([-0.8997], [0.9962], 0.19908), "W_n": ([0.9949], [-0.925], 3.7584)}
+
+
+@pytest.mark.parametrize("lags", [2, 5, 6])
+def test_peaks_of_designs_for_equal_lags_are_those_of_sixty_digits(lags):
+    """(0.05 / (z - 0.95))^lags with the paper's weights: poles of the loop cluster, and so do rounding's effects."""
+    roots = [], [0.95] * lags, 0.05**lags
+    weights = [zpk(*LAGS[name], DT) for name in ("W_d", "W_n")]
+    result = synthesize(zpk(*roots, DT), static(LAGS["controller"]), *weights)
+    parts = [exact.factored(*part) for part in (roots, LAGS["W_d"], LAGS["W_n"])]
+    gains = exact.loop_gains(parts[0], lambda _: exact.Complex(LAGS["controller"]), result.observer, 1, *parts[1:])
+    error, margin, noise = exact.peaks(gains, [1e-12, *np.geomspace(1e-3, np.pi - 1e-6, 25)])
+    proof = result.certificate
+    found = np.array([proof.gamma, 1.0 / proof.disk_margin, proof.extra["noise_to_estimate_peak"]])
+    true = np.array([error, margin, noise])
+    assert np.all(found >= true)
+    assert found == pytest.approx(true, rel=3e-9)
+
+
+def test_a_plant_with_a_resonance_and_slow_weights_of_third_order_is_certified():
+    """Integrator with lag, a mode at 139 Hz, four samples of delay, a disturbance weight of three lags."""
+    turn = 2 * np.pi * 139 * DT
+    mode = 0.98 * np.exp(1j * turn)
+    size = abs(1 - mode) ** 2
+    plant = zpk([], [1.0, 0.9, mode, mode.conjugate()], 0.1 * size * 0.3, DT)
+    W_d = zpk([], [0.99, 0.985, 0.98], 0.01 * 0.015 * 0.02 * 30.0, DT)
+    result = synthesize(plant, static(0.02), W_d, zpk([0.99], [-0.9], 1.0, DT), delay_samples=4)
+    assert result.certificate.gamma <= 1.01 * result.certificate.gamma_star
+
+
+def test_a_norm_that_cannot_be_bounded_is_an_error_and_not_a_number(monkeypatch):
+    monkeypatch.setattr(arcs, "MOST_ARCS", 10)
+    damping, turn = 1e-6, 1.2345678
+    A = (1 - damping) * np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    with pytest.raises(NotConvergedError, match=r"^the norm of a system of order 2 lies between .* and .*: no nearer"):
+        hinf_norm(ct.ss(A, [[1.0], [0.0]], [[1.0, 0.0]], [[0.0]], 1.0))
