@@ -3,6 +3,7 @@
 import contextlib
 import os
 import select
+import shutil
 import signal
 import subprocess
 import sys
@@ -116,3 +117,19 @@ def test_a_server_that_does_not_answer_keeps_nobody_from_leaving(design):
     process.terminate()
     assert process.wait(PATIENCE_S) == 0
     process.communicate()
+
+
+def test_a_disk_that_is_gone_costs_what_would_be_kept_and_recorded_and_never_the_flight(design, tmp_path):
+    port, disk = free_port(), tmp_path / "disk"
+    with (
+        daemon(design, port, "--state", disk / "state", "--record", disk / "flights") as process,
+        UdpVehicle(port) as vehicle,
+    ):
+        vehicle.activate()
+        shutil.rmtree(disk)
+        vehicle.write("DOB_LIMIT", 0.25)
+        wait_for(process.stderr, "it will be missed after a restart")
+        assert vehicle.fly(50)[-1].x == pytest.approx(-0.2, abs=1e-3)
+        process.terminate()
+        assert vehicle.last_correction(process).x == 0.0
+        assert process.returncode == 0
