@@ -7,53 +7,92 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from dob_companion.errors import InputError
+from dob_companion.errors import FlightFailedError, InputError
+from dob_companion.files import read_text, reader_beside
 
-SPEC_NAME = "tailsitter_paper.toml"
+PAPER = "tailsitter_paper.toml"
+TUNED = {1: "tailsitter_tuned.toml", 2: "tailsitter_tuned_2.toml", 3: "tailsitter_tuned_3.toml"}
+"""By link delay, samples. The scenarios' checks are for these; the paper's weights fly the paper's scenario."""
+
 EXIT_TERMINATED = 128 + signal.SIGTERM
-FLIGHT_S = 78.0
-"""Rough length of the flight, for the progress bar only: take-off, two windows of 30 s with their leads, a rest."""
 
 
 def add_parser(commands: Any) -> None:
     """Add `demo` to the command line."""
     parser = commands.add_parser(
         "demo",
-        help="design, fly and switch the paper's observer in one go",
+        help="design, fly and switch an observer in one go",
         description="Design the paper's observer, fly it on a simulated tail-sitter over MAVLink, switch it on in "
-        "mid-flight, and compare. Results go to DIR: design.json, result.json, report.html, flight.png, flight.npz.",
-        epilog="example: dob-companion demo --fast -o /tmp/demo",
+        "mid-flight, and compare; or fly another scenario with the observer tuned for its link, and its checks. "
+        "Results go to DIR: design.json, result.json, report.html, flight.png, flight.npz.",
+        epilog="example: dob-companion demo --fast --scenario dryden -o /tmp/demo",
     )
     parser.add_argument("-o", "--out", type=Path, default=Path("dob-demo"), metavar="DIR", help="(%(default)s)")
+    parser.add_argument("--scenario", default="paper", metavar="NAME", help="or a .toml file (%(default)s)")
+    parser.add_argument("--delay", type=_delay, metavar="N", help="of the link, samples (1, or what --spec is for)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of disturbance and noise (%(default)s)")
     parser.add_argument("--fast", action="store_true", help="lockstep: as fast as the machine goes, repeatable")
-    parser.add_argument("--spec", type=Path, metavar="FILE", help=f"design spec ({SPEC_NAME})")
-    parser.add_argument("--json", action="store_true", help="print result.json instead of the table")
+    parser.add_argument("--spec", type=Path, metavar="FILE", help="design spec for the tail-sitter (by scenario)")
+    parser.add_argument("--json", action="store_true", help="print result.json instead of the tables")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly the demo and print its table."""
+    """Fly the demo and print its tables."""
     from dob_companion.demo import Demo, fly_demo
+    from dob_companion.demo.scenario import scenario_of
     from dob_companion.demo.screen import screen_for
-    from dob_companion.demo.table import result_table
+    from dob_companion.demo.table import checks_table, missed_checks, result_table
 
     signal.signal(signal.SIGTERM, _leave)
     if args.seed < 0:
         raise InputError(f"--seed is {args.seed}, expected 0 or more")
-    demo = Demo(args.spec or _example_spec(), args.out, args.seed, args.fast)
-    screen = screen_for(FLIGHT_S)
+    spec, delay = _spec(args)
+    scenario = scenario_of(args.scenario)
+    demo = Demo(spec, args.out, args.seed, args.fast, scenario.asked, delay)
+    screen = screen_for(scenario.seconds)
     try:
         result, designed_delay = fly_demo(demo, screen)
     finally:
         screen.done()
+    missed = missed_checks(result)
     if args.json:
         print(json.dumps(result))
-        return 0
-    print(result_table(result, designed_delay))
-    for name in ("report.html", "flight.png", "result.json", "design.json"):
-        print(f"  {args.out / name}")
+    else:
+        print(result_table(result, designed_delay))
+        if result["checks"] and (missed or args.scenario != "paper"):
+            print(checks_table(result))
+        for name in ("report.html", "flight.png", "result.json", "design.json"):
+            print(f"  {args.out / name}")
+    if missed:
+        raise FlightFailedError(f"{len(missed)} of {len(result['checks'])} checks failed: {', '.join(missed)}")
     return 0
+
+
+def _spec(args: argparse.Namespace) -> tuple[Path, int]:
+    """What to design, and the link's delay: one follows the other. Raises SpecError for another aircraft's spec."""
+    if args.spec is None:
+        delay = args.delay or 1
+        if delay not in TUNED:
+            raise InputError(f"--delay is {delay}: tuned specs are for {_listed(TUNED)} samples; give one with --spec")
+        return packaged(PAPER if (args.scenario, delay) == ("paper", 1) else TUNED[delay]), delay
+    from dob_companion.demo.vehicle import require_tailsitter
+    from dob_companion.synthesis import parse_spec
+
+    spec = parse_spec(read_text(args.spec), str(args.spec), reader_beside(args.spec))
+    require_tailsitter(spec, parse_spec(read_text(packaged(PAPER)), PAPER))
+    return args.spec, args.delay or max(1, spec.delay_samples)
+
+
+def _listed(numbers: Any) -> str:
+    *some, last = map(str, numbers)
+    return f"{', '.join(some)} and {last}"
+
+
+def _delay(text: str) -> int:
+    if not (text.isdecimal() and 1 <= int(text) <= 20):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number of samples from 1 to 20")
+    return int(text)
 
 
 def _leave(_number: int, _frame: object) -> None:
@@ -61,6 +100,6 @@ def _leave(_number: int, _frame: object) -> None:
     raise SystemExit(EXIT_TERMINATED)
 
 
-def _example_spec() -> Path:
-    """The paper's spec, which the package brings along: in a checkout a link to the one among the examples."""
-    return Path(str(files("dob_companion.demo") / SPEC_NAME))
+def packaged(name: str) -> Path:
+    """A spec that the package brings along, the same as the one among the examples (a test holds them together)."""
+    return Path(str(files("dob_companion.demo") / name))

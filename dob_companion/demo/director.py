@@ -12,8 +12,8 @@ from typing import Any
 from dob_companion.artifact import DobDesign, dumps
 from dob_companion.demo.processes import child, free_udp_ports, last_line, stop
 from dob_companion.demo.screen import Screen
-from dob_companion.errors import FlightFailedError
-from dob_companion.files import make_directory, read_bytes, read_text, reader_beside, write_bytes, write_text
+from dob_companion.errors import FlightFailedError, NoVehicleError
+from dob_companion.files import make_directory, read_bytes, read_text, reader_beside, remove, write_bytes, write_text
 from dob_companion.ground import GroundStation
 from dob_companion.report.flight_page import flight_page
 from dob_companion.report.hero import hero_png
@@ -21,19 +21,28 @@ from dob_companion.report.trace import FlightTrace
 from dob_companion.runtime.urls import LinkUrl
 from dob_companion.synthesis import design_from_toml
 
-CONNECT_S = 20.0
+CONNECT_S = 5.0
+START_S = 300.0
+"""How long the vehicle may take to be there: a nonlinear one is compiled and flies its disturbance in process first."""
+
 TURN_S = 0.1
+
+
+RESULTS = ("design.json", "flight.npz", "result.json", "report.html", "flight.png")
+"""What a demo leaves in its directory, beside two logs."""
 
 
 @dataclass(frozen=True, slots=True)
 class Demo:
-    """What to fly: the spec, where results go, the seed, whether the clock is lockstep, and the vehicle's scenario."""
+    """What to fly: the spec, where results go, the seed, whether the clock is lockstep, the vehicle's scenario by name
+    or path, and the link's delay in samples."""
 
     spec: Path
     out: Path
     seed: int
     fast: bool
     scenario: str = "paper"
+    delay: int = 1
 
     @property
     def clock(self) -> str:
@@ -43,15 +52,18 @@ class Demo:
 
 @dataclass(frozen=True, slots=True)
 class Watched:
-    """A process of the flight and what it writes."""
+    """A process of the flight and what it writes. With a `verdict` there, ending with 1 is an answer, not a failure."""
 
     name: str
     process: Popen[bytes]
     log: Path
+    verdict: Path | None = None
 
     def running(self) -> bool:
         """Whether it still runs. Raises FlightFailedError when it has ended with anything but success."""
         code = self.process.poll()
+        if code == 1 and self.verdict is not None and self.verdict.exists():
+            return False
         if code:
             raise FlightFailedError(f"{self.name} ended with exit code {code}: {last_line(self.log)} (see {self.log})")
         return code is None
@@ -60,11 +72,12 @@ class Watched:
 def fly_demo(demo: Demo, screen: Screen) -> tuple[dict[str, Any], int]:
     """Design, fly, switch, evaluate. Returns result.json's object and the delay designed for; DIR holds all files.
 
-    Raises FlightFailedError when a process ends before the flight is complete.
+    A flight that misses checks of its scenario is complete, and its result says so. Raises FlightFailedError when a
+    process ends before the flight is complete.
     """
     design = fly(demo, screen)
     result: dict[str, Any] = json.loads(read_text(demo.out / "result.json"))
-    screen.act("report", "drawing the paper's figures from this flight")
+    screen.act("report", "drawing the figures of this flight")
     trace = FlightTrace.from_bytes(read_bytes(demo.out / "flight.npz"), str(demo.out / "flight.npz"))
     write_text(demo.out / "report.html", flight_page(design, result, trace))
     write_bytes(demo.out / "flight.png", hero_png(trace, result))
@@ -75,6 +88,8 @@ def fly_demo(demo: Demo, screen: Screen) -> tuple[dict[str, Any], int]:
 def fly(demo: Demo, screen: Screen) -> DobDesign:
     """The demo without its report: design.json, flight.npz and result.json. Raises FlightFailedError."""
     make_directory(demo.out)
+    for name in RESULTS:  # none of an earlier flight stands beside this one's
+        remove(demo.out / name)
     design = _design(demo, screen)
     _fly(demo, screen)
     return design
@@ -95,6 +110,7 @@ def _fly(demo: Demo, screen: Screen) -> None:
     companion_log, vehicle_log = demo.out / "companion.log", demo.out / "vehicle.log"
     companion_url = f"udpin:127.0.0.1:{companion_port}"
     vehicle_arguments = [demo.scenario, "--clock", demo.clock, "--seed", str(demo.seed), "--await-arming"]
+    vehicle_arguments += ["--delay", str(demo.delay)]
     vehicle_arguments += ["--link", f"udpout:127.0.0.1:{companion_port}", "--gcs", f"udpout:127.0.0.1:{ground_port}"]
     vehicle_arguments += ["-o", str(demo.out)]
     design = str(demo.out / "design.json")
@@ -102,12 +118,26 @@ def _fly(demo: Demo, screen: Screen) -> None:
         child("dob_companion", ["run", "--design", design, "--link", companion_url], companion_log) as companion,
         child("sitl", vehicle_arguments, vehicle_log) as vehicle,
     ):
-        flying = Watched("vehicle", vehicle, vehicle_log), Watched("companion", companion, companion_log)
-        with GroundStation(LinkUrl("udpin", "127.0.0.1", ground_port), CONNECT_S) as station:
+        flying = (
+            Watched("vehicle", vehicle, vehicle_log, demo.out / "result.json"),
+            Watched("companion", companion, companion_log),
+        )
+        with _connected(LinkUrl("udpin", "127.0.0.1", ground_port), *flying) as station:
             _serve_ground(station, screen, *flying)
         if stop(companion) != 0:
             raise FlightFailedError(f"companion: {last_line(companion_log)} (see {companion_log})")
     screen.note(last_line(companion_log).partition("info")[2].strip())
+
+
+def _connected(url: LinkUrl, *flying: Watched) -> GroundStation:
+    """A ground station that has heard the vehicle, which first works out how strong its disturbance must be."""
+    give_up = time.monotonic() + START_S
+    while True:
+        try:
+            return GroundStation(url, CONNECT_S)
+        except NoVehicleError:
+            if time.monotonic() > give_up or not all(each.running() for each in flying):
+                raise
 
 
 def _serve_ground(station: GroundStation, screen: Screen, vehicle: Watched, companion: Watched) -> None:

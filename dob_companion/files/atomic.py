@@ -41,6 +41,14 @@ def make_directory(path: Path) -> None:
         raise InputError(f"{path}: cannot be made a directory: {problem.strerror}") from None
 
 
+def remove(path: Path) -> None:
+    """Remove a file, if there is one. Raises InputError when that cannot be."""
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as problem:
+        raise InputError(f"{path}: cannot be removed: {problem.strerror}") from None
+
+
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text; see `write_bytes`."""
     write_bytes(path, text.encode("utf-8"))

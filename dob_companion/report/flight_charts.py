@@ -44,8 +44,11 @@ def switch_time(trace: FlightTrace) -> float:
 
 
 def still_air(trace: FlightTrace) -> tuple[float, float] | None:
-    """When the disturbance pauses between the windows, s since the off window began; None if it never does."""
+    """When the disturbance pauses between the windows, s since the off window began; None if it never does, and where
+    there is none in the windows either (wind, loads and faults are not in it)."""
     rows = slice(trace.rows("off").stop, trace.rows("on").start)
+    if not np.any(trace.disturbance[trace.rows("off")]):
+        return None
     still = np.flatnonzero(np.all(trace.disturbance[rows] == 0.0, axis=1))
     if still.size < 2:
         return None
@@ -76,7 +79,7 @@ def figure_12(trace: FlightTrace) -> Chart:
     panels = []
     for i, axis in enumerate(AXES):
         wide, near = symmetric([before[:, i], errors[:, i]]), symmetric([errors[:, i]])
-        panels.append(_error_panel(i, 0, f"{axis}, scale of Fig. 11", time, errors[:, i], "on", wide))
+        panels.append(_error_panel(i, 0, f"{axis}, scale of off", time, errors[:, i], "on", wide))
         panels.append(_error_panel(i, 1, f"{axis}, enlarged", time, errors[:, i], "on", near))
     alt = "Attitude errors with the observer on, three axes, at the scale of figure 11 and enlarged."
     return Chart("fig12", alt, tuple(panels), _WIDTH, 520, row_heights=_ROWS, col_widths=(1.0, 1.0))

@@ -24,16 +24,23 @@ def flight_page(design: DobDesign, result: Mapping[str, Any], trace: FlightTrace
         lead=_lead(result),
         meta=_meta(design, result),
         rows=[_row(axis, result["axes"][axis]) for axis in AXES if axis in result["axes"]],
+        paper=_beside_paper(result),
+        checks=[_check(check) for check in result.get("checks", [])],
         facts=_facts(design, result),
         overview=_overview(trace),
-        time_figures=_time_figures(trace),
+        time_figures=_time_figures(trace, beside_paper=_beside_paper(result)),
         frequency_figures=_frequency_figures(design),
         blocks=[certificate_row(block) for block in design.blocks],
     )
 
 
+def _beside_paper(result: Mapping[str, Any]) -> bool:
+    """Whether the scenario is one of the paper's."""
+    return any(numbers["paper_ratio"] is not None for numbers in result["axes"].values())
+
+
 def _lead(result: Mapping[str, Any]) -> str:
-    axes = [axis for axis in AXES if axis in result["axes"]]
+    axes = [axis for axis in AXES if axis in result["axes"] and result["axes"][axis]["rms_ratio"] is not None]
     gains = tuple(f"{number(result['axes'][axis]['rms_ratio'], 2)} ({axis})" for axis in axes)
     return (
         "With the disturbance observer switched on in mid-flight, under the same disturbance and noise, "
@@ -53,14 +60,23 @@ def _meta(design: DobDesign, result: Mapping[str, Any]) -> list[str]:
 def _row(axis: str, numbers: Mapping[str, float]) -> dict[str, str]:
     cells = {name: number(numbers[name], 4) for name in ("peak_off", "peak_on", "rms_off", "rms_on")}
     ratios = {name: number(numbers[name], 3) for name in ("peak_ratio", "rms_ratio")}
-    return {"axis": axis, "paper_ratio": f"{numbers['paper_ratio']:g}", **cells, **ratios}
+    paper = numbers["paper_ratio"]
+    return {"axis": axis, "paper_ratio": "–" if paper is None else f"{paper:g}", **cells, **ratios}
+
+
+def _check(check: Mapping[str, Any]) -> dict[str, str]:
+    numbers = {name: number(check[name], 4) for name in ("value", "at_least", "at_most")}
+    return {"name": check["check"], "verdict": "yes" if check["passed"] else "no", **numbers}
 
 
 def _facts(design: DobDesign, result: Mapping[str, Any]) -> list[tuple[str, str]]:
     delay, lost, sent = result["delay_samples"], result["samples_lost"], result["samples"]
-    ms = f"{delay * design.dt * 1e3:g} ms"
+    measured = "no correction came"
+    if delay is not None:
+        ms = f"{delay * design.dt * 1e3:g} ms"
+        measured = f"{plural(delay, 'sample')} ({ms}), the median age of a correction when it acts"
     return [
-        ("delay, measured", f"{plural(delay, 'sample')} ({ms}), the median age of a correction when it acts"),
+        ("delay, measured", measured),
         ("delay, designed for", plural(design.delay_samples, "sample")),
         ("sample rate", number(result["rate_hz"], 5, "Hz")),
         ("samples lost", f"{lost} of {sent}"),
@@ -77,31 +93,42 @@ def _overview(trace: FlightTrace) -> PageFigure:
     )
 
 
-def _time_figures(trace: FlightTrace) -> list[PageFigure]:
-    charts = flight_charts
-    return [
-        figure(
-            charts.figure_11(trace),
-            "Fig. 11. Attitude errors, observer off.",
-            "The paper shows the three attitude errors of its simulation with the DOB turned off, peaks 0.15 (roll), "
-            "0.12 (pitch) and 0.12 rad (yaw). Ours are those of the off window, the "
-            "mean of each removed as in the table.",
-        ),
-        figure(
-            charts.figure_12(trace),
-            "Fig. 12. Attitude errors, observer on.",
-            "The paper shows the same with the DOB turned on, peaks 0.02 (roll), 0.01 (pitch) and 0.02 rad (yaw), "
-            "without a link between observer and actuator. Ours cross a MAVLink link: at left on the scale of Fig. 11, "
-            "at right enlarged.",
-        ),
-        figure(
-            charts.figure_13(trace),
-            "Fig. 13. Disturbance and estimate.",
-            "The paper shows the disturbance added along its three body axes and the estimate of the DOB. Ours are the "
-            "disturbance of the simulated vehicle and d̂ as the vehicle applied it, that is minus the correction, "
-            "delay included; at right a few seconds of the same.",
-        ),
-    ]
+def _time_figures(trace: FlightTrace, *, beside_paper: bool) -> list[PageFigure]:
+    charts = [flight_charts.figure_11(trace), flight_charts.figure_12(trace), flight_charts.figure_13(trace)]
+    words = _OF_THE_PAPER if beside_paper else _OF_ANY_FLIGHT
+    return [figure(chart, name, text) for chart, (name, text) in zip(charts, words, strict=True)]
+
+
+_OF_THE_PAPER = (
+    (
+        "Fig. 11. Attitude errors, observer off.",
+        "The paper shows the three attitude errors of its simulation with the DOB turned off, peaks 0.15 (roll), "
+        "0.12 (pitch) and 0.12 rad (yaw). Ours are those of the off window, the mean of each removed as in the table.",
+    ),
+    (
+        "Fig. 12. Attitude errors, observer on.",
+        "The paper shows the same with the DOB turned on, peaks 0.02 (roll), 0.01 (pitch) and 0.02 rad (yaw), "
+        "without a link between observer and actuator. Ours cross a MAVLink link: at left on the scale of Fig. 11, "
+        "at right enlarged.",
+    ),
+    (
+        "Fig. 13. Disturbance and estimate.",
+        "The paper shows the disturbance added along its three body axes and the estimate of the DOB. Ours are the "
+        "disturbance of the simulated vehicle and d̂ as the vehicle applied it, that is minus the correction, "
+        "delay included; at right a few seconds of the same.",
+    ),
+)
+
+_OF_ANY_FLIGHT = (
+    ("Attitude errors, observer off.", "The off window, the mean of each removed as in the table."),
+    ("Attitude errors, observer on.", "The on window: at left on the scale of the figure before, at right enlarged."),
+    (
+        "Disturbance and estimate.",
+        "What the scenario adds at the plant's input, and d̂ as the vehicle applied it, that is minus the correction, "
+        "delay included; at right a few seconds of the same. Wind, loads and faults act elsewhere and are not in the "
+        "first, but the observer answers to them.",
+    ),
+)
 
 
 def _frequency_figures(design: DobDesign) -> list[PageFigure]:

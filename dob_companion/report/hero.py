@@ -43,7 +43,7 @@ def hero_png(trace: FlightTrace, result: Mapping[str, Any]) -> bytes:
             _draw_axis(axes, trace, i)
             _ratio(axes, axis, result["axes"][axis])
         rows[-1].set_xlabel("time, s", color=MUTED)
-        _words(figure, rows[0], trace)
+        _words(figure, rows[0], trace, result)
         drawn = io.BytesIO()
         figure.savefig(drawn, format="png", dpi=_DPI, metadata={"Software": None})
     picture = Image.open(drawn).convert("RGB")
@@ -81,8 +81,10 @@ def _ratio(axes: Axes, axis: str, numbers: Mapping[str, float]) -> None:
     axes.text(1.025, 0.17, "RMS, off / on", color=MUTED, fontsize=7.5, **at)
 
 
-def _words(figure: Figure, top: Axes, trace: FlightTrace) -> None:
-    figure.text(0.075, 0.93, "Attitude error in hover, one flight under gusts", fontsize=14, weight="bold", va="center")
+def _words(figure: Figure, top: Axes, trace: FlightTrace, result: Mapping[str, Any]) -> None:
+    what = "under gusts" if result["scenario"] == "paper" else f"of scenario {result['scenario']}"
+    head = f"Attitude error in hover, one flight {what}"
+    figure.text(0.075, 0.93, head, fontsize=14, weight="bold", va="center")
     figure.text(0.075, 0.872, "rad; simulated tail-sitter, MAVLink over UDP", fontsize=9, color=MUTED, va="center")
     off, on = trace.rows("off"), trace.rows("on")
     time = trace.seconds()

@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterable
 
 
-def number(value: float, digits: int = 3, unit: str = "") -> str:
-    """`value` to so many significant digits; NaN is a dash, infinity a word."""
-    if math.isnan(value):
+def number(value: float | None, digits: int = 3, unit: str = "") -> str:
+    """`value` to so many significant digits; NaN and None are a dash, infinity a word."""
+    if value is None or math.isnan(value):
         return "–"
     if math.isinf(value):
         return "unlimited" if value > 0 else "−unlimited"

@@ -7,14 +7,23 @@ import statistics
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.cli.processes import run_cli
+from dob_companion.cli.demo import PAPER, TUNED, packaged
+from dob_companion.demo.table import result_table
+from dob_companion.demo.vehicle import require_tailsitter
+from dob_companion.errors import SpecError
+from dob_companion.synthesis import parse_spec
+from dob_companion.synthesis.spec import Entries, Model
+from tests.cli.processes import one_line, run_cli
 from tests.recorder.flights import wait_until
+from tests.sitl.bench import SHORT as SCENARIO
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 PATIENCE_S = 180.0
 
 
@@ -42,7 +51,7 @@ def test_the_demo_writes_its_results_and_prints_the_same_numbers(flown):
 
 def test_the_readme_shows_the_table_that_the_command_prints(flown):
     _, _, finished = flown
-    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    readme = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
     shown = readme.partition("<!-- table: make demo DEMO_ARGS=--fast -->")[2].partition("<!-- end of table -->")[0]
     printed = finished.stdout.partition("\n  /")[0]
     assert shown.strip().removeprefix("```").removesuffix("```").strip() == printed.strip()
@@ -136,6 +145,138 @@ def test_a_demo_that_cannot_write_says_so_in_one_line(tmp_path):
     finished = run_cli("demo", "-o", tmp_path / "file" / "dir")
     assert finished.returncode == 2
     assert "file/dir" in finished.stderr.strip().splitlines()[-1]
+
+
+SHORT = (
+    SCENARIO.partition("[paper_ratio]")[0]
+    + """
+[[check]]
+measure = "rms_ratio"
+axis = "pitch"
+at_least = 1.5
+[[check]]
+measure = "rms_ratio"
+axis = "roll"
+at_least = 1.5
+"""
+)
+
+
+def test_a_scenario_is_flown_with_its_checks_and_one_that_is_missed_is_exit_1(tmp_path):
+    """Pitch has an observer, roll has none: its check is missed, and all files are there all the same."""
+    (tmp_path / "short.toml").write_text(SHORT)
+    text = (EXAMPLES / "tailsitter_paper.toml").read_text(encoding="utf-8")
+    head, pitch, *_ = text.split("[[block]]")
+    (tmp_path / "pitch.toml").write_text(f"{head}[[block]]{pitch}")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "result.json").write_text("of an earlier flight")
+    finished = run_cli(
+        "demo", "--fast", "-o", "out", "--scenario", "short.toml", "--spec", "pitch.toml",
+        timeout=PATIENCE_S, cwd=tmp_path,
+    )  # fmt: skip
+    assert finished.returncode == 1
+    assert "1 of 2 checks failed: rms_ratio roll" in finished.stderr.splitlines()[-1]
+    verdicts = {tuple(line.split()[:2]): line.split()[-1] for line in finished.stdout.splitlines()}
+    assert verdicts["rms_ratio", "pitch"] == "ok"
+    assert verdicts["rms_ratio", "roll"] == "FAILED"
+    result = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert result["scenario"] == "short"
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "The paper shows the three attitude errors" not in page
+    assert "rms_ratio roll" in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--scenario", "calm"), "scenario calm has no windows"),
+        (("--scenario", "drydne"), "did you mean 'dryden'?"),
+        (("--delay", "4"), "tuned specs are for 1, 2 and 3 samples"),
+    ],
+)
+def test_what_the_demo_cannot_fly_is_one_line_and_nothing_is_written(tmp_path, arguments, words):
+    finished = run_cli("demo", "-o", tmp_path / "out", *arguments)
+    assert finished.returncode == 2
+    assert words in one_line(finished)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_spec_for_another_aircraft_is_refused_before_anything_is_designed(tmp_path):
+    spec = tmp_path / "other.toml"
+    spec.write_text((EXAMPLES / "tailsitter_paper.toml").read_text(encoding="utf-8").replace("0.14131", "0.4"))
+    finished = run_cli("demo", "-o", tmp_path / "out", "--spec", spec)
+    assert finished.returncode == 2
+    assert f"{spec}: block 'pitch': plant in pitch is not that of the simulated tail-sitter" in one_line(finished)
+    assert not (tmp_path / "out").exists()
+
+
+def own_spec():
+    return parse_spec((EXAMPLES / "tailsitter_paper.toml").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.0, 1.3])
+def test_a_model_that_errs_as_models_do_is_flown(factor):
+    spec = own_spec()
+    require_tailsitter(replace(spec, blocks=tuple(scaled(block, factor) for block in spec.blocks)), spec)
+
+
+@pytest.mark.parametrize("factor", [-1.0, 0.4, 2.0])
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_a_plant_of_another_sign_or_size_in_any_axis_is_another_aircraft(factor, which):
+    spec = own_spec()
+    blocks = tuple(scaled(block, factor) if i == which else block for i, block in enumerate(spec.blocks))
+    with pytest.raises(SpecError, match=blocks[which].name):
+        require_tailsitter(replace(spec, blocks=blocks), spec)
+
+
+def test_axes_in_another_order_or_coupled_or_at_another_rate_are_another_aircraft():
+    spec = own_spec()
+    pitch, roll, yaw = spec.blocks
+    swapped = (replace(pitch, plant=roll.plant), replace(roll, plant=pitch.plant), yaw)
+    pair = Model(Entries(2, ((0, 0, pitch.plant), (1, 1, roll.plant), (0, 1, pitch.plant))), "pair")
+    coupled = replace(pitch, axes=("pitch", "roll"), plant=pair)
+    alone = replace(coupled, plant=Model(Entries(2, ((0, 0, pitch.plant), (1, 1, roll.plant))), "pair"))
+    require_tailsitter(replace(spec, blocks=(alone, yaw)), spec)
+    for other in (
+        replace(spec, blocks=swapped),
+        replace(spec, blocks=(coupled, yaw)),
+        replace(spec, rate_hz=400.0),
+    ):
+        with pytest.raises(SpecError):
+            require_tailsitter(other, spec)
+
+
+def scaled(block, factor):
+    form = block.plant.form
+    return replace(block, plant=replace(block.plant, form=replace(form, gain=factor * form.gain)))
+
+
+def test_the_specs_that_the_package_brings_along_are_the_examples():
+    for name in (PAPER, *TUNED.values()):
+        assert packaged(name).read_bytes() == (EXAMPLES / name).read_bytes()
+
+
+def test_the_result_table_shows_a_dash_where_there_is_no_ratio_and_no_paper():
+    axes = {
+        "roll": {"peak_off": 0.1, "peak_on": 0.05, "rms_off": 0.02, "rms_on": 0.01},
+        "pitch": dict.fromkeys(("peak_off", "peak_on", "rms_off", "rms_on"), 0.0),
+    }
+    for numbers, ratio in zip(axes.values(), (2.0, None), strict=True):
+        numbers |= {"peak_ratio": ratio, "rms_ratio": ratio, "paper_ratio": None}
+    link = {"delay_samples": None, "rate_hz": 250.0, "samples_lost": 0, "samples": 500, "seed": 1, "clock": "lockstep"}
+    _, head, roll, pitch, _ = result_table({"axes": axes, **link}, 1).splitlines()
+    assert head.split() == ["axis", "off", "on", "off/on", "off", "on", "off/on"]
+    assert roll.split()[1:] == ["0.1000", "0.0500", "2.0", "0.02000", "0.01000", "2.0"]
+    assert pitch.split()[1:] == ["0.0000", "0.0000", "–", "0.00000", "0.00000", "–"]
+    assert max(map(len, (head, roll, pitch))) <= 80
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize("scenario", ["dryden", "gust", "rotor"])
+def test_a_packaged_scenario_meets_its_checks(scenario, tmp_path):
+    result, finished = fly(tmp_path, "--fast", "--scenario", scenario)
+    assert all(check["passed"] for check in result["checks"])
+    assert "FAILED" not in finished.stdout
 
 
 @pytest.mark.proof

@@ -108,14 +108,12 @@ def test_the_demo_flies_outside_the_checkout(full, tmp_path):
 def test_wherever_pip_puts_it_the_demo_has_its_spec(wheel, source, tmp_path):
     """As with `--user` and `--target`, where nothing of the prefix can be relied on."""
     subprocess.run([sys.executable, *PIP, "install", "--no-deps", "--target", tmp_path / "here", wheel], check=True)
-    ask = (
-        "from dob_companion.cli import demo; print(demo.__file__, demo._example_spec().read_text(), sep='\\n', end='')"
-    )
+    ask = "from dob_companion.cli import demo; print(demo.__file__, demo.packaged(demo.PAPER).read_text(), sep='\\n')"
     paths = {"PYTHONPATH": str(tmp_path / "here"), "PATH": os.environ["PATH"]}
     said = subprocess.run([sys.executable, "-P", "-c", ask], env=paths, capture_output=True, text=True, check=True)
     where, _, spec = said.stdout.partition("\n")
     assert where.startswith(str(tmp_path / "here"))
-    assert spec == (source / "examples" / "tailsitter_paper.toml").read_text()
+    assert spec.rstrip() == (source / "examples" / "tailsitter_paper.toml").read_text().rstrip()
 
 
 def test_the_simulated_vehicle_knows_its_scenarios_outside_the_checkout(full, tmp_path):
