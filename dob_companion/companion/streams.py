@@ -6,6 +6,7 @@ about, may come twice where links are redundant, or never; so it only ends the w
 
 from dataclasses import dataclass
 
+from dob_companion.companion.samples import RESTART_US
 from dob_companion.mavlink import CommandAck, Input, StreamRequest
 
 RETRY_S = 1.0
@@ -23,9 +24,6 @@ WINDOW_S = 1.5
 
 FULL_RATE = 0.95
 """Share of the rate asked for below which a stream is too slow; one message of a window may be on its way."""
-
-RESTART_US = 1_000_000
-"""A stamp this much older than the newest comes from a clock that has restarted."""
 
 
 class StreamRequests:
