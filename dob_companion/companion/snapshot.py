@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-ROOMS = ("artifact", "companion", "mavlink", "observer", "supervisor")
+ROOMS = ("artifact", "companion", "lti", "mavlink", "observer", "supervisor")
 """Whose objects are looked into, and whose dataclasses and enumerations may be values."""
 
 PARSER = {
