@@ -8,7 +8,8 @@ from scipy.signal import cont2discrete, dlsim, lfilter
 
 from sitl.airframe.linear import PITCH
 from sitl.constants import DT
-from sitl.sweep.sampling_zero import as_paper_fits, behind, delay_of_zero, sampled
+from sitl.sweep.sampling_zero import as_paper_fits, behind, delay_of_zero, main, sampled
+from tests.pages import table
 
 
 @pytest.mark.parametrize("delay", [0.0, 3 / 16 * DT, 11 / 16 * DT])
@@ -48,3 +49,10 @@ def test_without_delay_the_zero_is_inside_the_unit_circle():
 def test_a_delay_of_a_whole_sample_is_refused():
     with pytest.raises(ValueError, match="less than a sample"):
         sampled(1.0, 0.07, DT)
+
+
+def test_the_documented_table_is_what_the_command_prints(capsys):
+    main()
+    printed = [line.split("|")[:-2] for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
+    shown = [line.split("|")[:-2] for line in table("identification.md", "python -m sitl.sweep.sampling_zero")]
+    assert shown == printed  # but for the misfit, whose first row is rounding

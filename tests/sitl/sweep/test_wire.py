@@ -16,6 +16,7 @@ from sitl.sweep.client import Phase, SweepClient
 from sitl.sweep.identify import identify
 from sitl.sweep.multisine import Plan, excitation
 from sitl.wire.endpoint import COMPANION
+from tests.pages import table
 from tests.sitl.sweep.memory import fly, vehicle
 
 SHORT = Plan(realizations=3, period=2500, lead=1500)
@@ -55,6 +56,14 @@ def test_a_sweep_of_one_axis_by_the_command_line_leaves_a_spec_and_a_figure(tmp_
     assert (tmp_path / "roll.png").read_bytes().startswith(b"\x89PNG")
     saved = np.load(tmp_path / "roll.npz")
     assert saved["frequency"].shape == saved["response"].shape
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize("options", [("--airframe", "linear"), (), ("--flexible",)], ids=" ".join)
+def test_the_documented_tables_are_what_the_command_prints(options, tmp_path, capsys):
+    assert main([*options, "-o", str(tmp_path)]) == 0
+    command = " ".join(("python -m sitl.sweep", *options, "-o sweep"))
+    assert capsys.readouterr().out.splitlines() == table("identification.md", command)
 
 
 def test_a_refusal_ends_the_sweep_and_says_in_which_phase():
