@@ -143,8 +143,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("design", type=Path)
     parser.add_argument("-o", type=Path, required=True, metavar="DIR")
-    parser.add_argument("program", nargs="*", choices=[*PROGRAMS], metavar="PROGRAM")
+    parser.add_argument("program", nargs="*", metavar="PROGRAM", help=", ".join(PROGRAMS))
     arguments = parser.parse_intermixed_args()
+    if unknown := set(arguments.program) - set(PROGRAMS):
+        parser.error(f"no such program: {', '.join(sorted(unknown))}")
     if "DOB_FLIGHT_INSIDE" not in os.environ:
         command = in_namespace("-m", "tests.ardupilot.flights", *sys.argv[1:])
         sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
