@@ -1,7 +1,9 @@
 """Every Python example runs, writes its picture, and prints what docs/examples.md says it prints."""
 
+import os
 import re
 import runpy
+import subprocess
 import sys
 from contextlib import redirect_stdout
 from functools import cache
@@ -24,7 +26,7 @@ def page():
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """Runs an example once: its globals, what it printed, and where its picture is."""
-    folder = tmp_path_factory.mktemp("examples")
+    folder = tmp_path_factory.mktemp("examples") / "made" / "by the example"
 
     @cache
     def once(name):
@@ -50,6 +52,25 @@ def test_an_example_prints_what_its_page_says_and_draws_its_picture(name, run, p
 
 def test_the_page_shows_every_example_and_no_other(page):
     assert set(re.findall(r"^`examples/(\w+\.py)`:", page, re.MULTILINE)) == {path.name for path in EXAMPLES}
+
+
+@pytest.mark.parametrize(
+    ("place", "words"), [(["file"], "file is not a directory"), (["a", "b"], "unrecognized arguments: b")]
+)
+def test_a_place_that_is_none_is_told_before_the_work(place, words, tmp_path):
+    (tmp_path / "file").write_text("")
+    said = subprocess.run(
+        [sys.executable, str(ROOT / "examples" / "paper.py"), *place],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        text=True,
+        capture_output=True,
+        check=False,
+    )
+    assert said.returncode != 0
+    assert words in said.stderr
+    assert "Traceback" not in said.stderr
+    assert said.stdout == ""
 
 
 def test_a_slow_zero_keeps_gamma_star_above_what_interpolation_allows(run):

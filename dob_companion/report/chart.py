@@ -106,7 +106,8 @@ def rounded(values: Iterable[Array], step: float, pad: float = 0.0) -> tuple[flo
         return 0.0, step
     low = float(np.floor((finite.min() - pad) / step) * step)
     high = float(np.ceil((finite.max() + pad) / step) * step)
-    return (low, high) if high > low else (low, low + step)
+    high = high if high > low else low + step
+    return low, max(high, low + 1e-9 * abs(low))  # beside a large number a small step is nothing
 
 
 def symmetric(values: Iterable[Array], pad: float = 1.08) -> float:

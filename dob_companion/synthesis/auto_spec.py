@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from dob_companion.errors import SpecError
 from dob_companion.synthesis.limits import LONGEST_DELAY
-from dob_companion.synthesis.table import Table
+from dob_companion.synthesis.table import Table, shown
 
 KEYS = (
     "disturbance_band_hz",
@@ -103,7 +103,7 @@ def _band(table: Table, rate_hz: float) -> tuple[float, float]:
     if len(band) != 2 or not 0.0 < band[0] < band[1] < rate_hz / 2.0:
         raise SpecError(
             f"{table.where}: disturbance_band_hz: expected [low, high] with 0 < low < high < {rate_hz / 2.0:g} Hz "
-            f"(half the rate), got {list(band)}"
+            f"(half the rate), got {shown(list(band))}"
         )
     return band[0], band[1]
 

@@ -8,6 +8,7 @@ import control as ct
 import numpy as np
 
 from dob_companion.errors import SpecError
+from dob_companion.synthesis.table import shown
 from dob_companion.synthesis.uncertainty import Uncertainty
 
 
@@ -17,7 +18,7 @@ def discrete_system(value: Any, name: str) -> Any:
     Raises SpecError for anything else: a bare number, continuous time, no sample time, entries that are not finite.
     """
     if not isinstance(value, ct.StateSpace | ct.TransferFunction):
-        given = f"{value!r} is a number" if isinstance(value, Real) else f"got {type(value).__name__}"
+        given = f"{shown(value)} is a number" if isinstance(value, Real) else f"got {type(value).__name__}"
         raise SpecError(
             f"{name}: {given}, expected a discrete StateSpace or TransferFunction of python-control "
             "(a constant k is ct.ss([], [], [], k, dt))"
@@ -42,7 +43,7 @@ def link_delays(value: Any, moments: int) -> tuple[int, ...]:
     several = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
     listed = list(value) if several else [value] * moments
     if not all(isinstance(item, Integral) and not isinstance(item, bool) for item in listed):
-        raise SpecError(f"delay_samples: {value!r}, expected a whole number of samples, as 1, or one for each moment")
+        raise SpecError(f"delay_samples: {shown(value)}, expected a whole number, as 1, or one for each moment")
     return tuple(map(int, listed))
 
 
@@ -51,9 +52,9 @@ def require_options(
 ) -> tuple[str, ...] | None:
     """The axes as a tuple. Raises SpecError for an option that is not what `synthesize` says of it."""
     if not (isinstance(gamma_backoff, Real) and 1.0 < float(gamma_backoff) <= 10.0):
-        raise SpecError(f"gamma_backoff: {gamma_backoff!r}, expected a number above 1, at most 10")
+        raise SpecError(f"gamma_backoff: {shown(gamma_backoff)}, expected a number above 1, at most 10")
     if largest_order is not None and not (isinstance(largest_order, Integral) and int(largest_order) >= 1):
-        raise SpecError(f"largest_order: {largest_order!r}, expected a whole number of 1 or more")
+        raise SpecError(f"largest_order: {shown(largest_order)}, expected a whole number of 1 or more")
     if uncertainty is not None and not isinstance(uncertainty, Uncertainty):
         raise SpecError(f"uncertainty: got {type(uncertainty).__name__}, expected an Uncertainty")
     if uncertainty is not None and len(uncertainty.channels) != moments:
@@ -62,5 +63,5 @@ def require_options(
         return None
     names = tuple(axes) if isinstance(axes, Sequence) and not isinstance(axes, str) else (axes,)
     if len(names) != moments or not all(isinstance(name, str) and name for name in names):
-        raise SpecError(f"axes: {axes!r}, expected a name for each of {moments} moments")
+        raise SpecError(f"axes: {shown(axes)}, expected a name for each of {moments} moments")
     return names

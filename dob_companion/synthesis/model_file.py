@@ -15,7 +15,7 @@ from scipy import sparse
 from scipy.io import loadmat
 
 from dob_companion.errors import InputError, SpecError
-from dob_companion.synthesis.table import is_number
+from dob_companion.synthesis.table import is_number, shown
 
 Reader = Callable[[str], bytes]
 """From a path as the spec writes it to the file's content; raises InputError when it cannot be read."""
@@ -47,7 +47,7 @@ def _walk(node: Any, where: str, rate: Any, read: Reader | None) -> Any:
 
 def _from_file(name: Any, where: str, beside: Mapping[str, Any], rate: Any, read: Reader | None) -> dict[str, Any]:
     if not (isinstance(name, str) and name.lower().endswith((".mat", ".npz"))):
-        raise SpecError(f"{where} is {name!r}, expected the name of a .mat or .npz file")
+        raise SpecError(f"{where} is {shown(name)}, expected the name of a .mat or .npz file")
     twice = [key for key in MATRICES if key in beside]
     if twice:
         raise SpecError(f"{where}: {name} stands beside {', '.join(twice)}; expected one or the other")
@@ -123,7 +123,7 @@ def _domain(found: Mapping[str, Any], where: str, beside: Mapping[str, Any], rat
         )
     domain = "s" if step == 0.0 else "z"
     if said is not None and said != domain:
-        raise SpecError(f"{where}: {key} is {_step_words(step)}, but domain = {said!r} stands beside the file")
+        raise SpecError(f"{where}: {key} is {_step_words(step)}, but domain = {shown(said)} stands beside the file")
     if step and (not is_number(rate) or not abs(step * float(rate) - 1.0) <= 1e-6):
         raise SpecError(f"{where}: {key} is {step:g} s, expected 1 / design.rate_hz; resample it where it comes from")
     return {"domain": domain}

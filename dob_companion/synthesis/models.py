@@ -36,6 +36,10 @@ def to_state_space(model: Model, dt: float, shape: tuple[int, int] | None = None
     if model.domain == "z":
         return system
     require_sampled_fast_enough(system, dt, model.where)
+    if model.method == "impulse" and np.any(system.D):
+        raise SpecError(
+            f"{model.where}: method: impulse takes models with more poles than zeros only, expected another"
+        )
     return discretize(system, dt, model.method)
 
 

@@ -10,6 +10,7 @@ from dob_companion.synthesis.loop import close_loop
 from dob_companion.synthesis.norms import response
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.reduce import hidden_modes
+from dob_companion.synthesis.table import shown
 
 FASTEST_GROWTH = 2.0
 """A plant mode that more than doubles within one sample cannot be held by a loop of that rate."""
@@ -69,7 +70,9 @@ def _require_sizes(problem: Problem) -> None:
     if not isinstance(problem.plant.dt, float) or problem.plant.dt <= 0.0:
         raise SpecError(f"plant: dt is {problem.plant.dt}, expected a sample time in s")
     if len(problem.delays) != m or not 0 <= min(problem.delays) <= max(problem.delays) <= LONGEST_DELAY:
-        raise SpecError(f"delay_samples: {list(problem.delays)}, expected {m} of 0 or more, at most {LONGEST_DELAY}")
+        raise SpecError(
+            f"delay_samples: {shown(list(problem.delays))}, expected {m} of 0 or more, at most {LONGEST_DELAY}"
+        )
     _require_orders(problem)
 
 

@@ -13,7 +13,7 @@ from dob_companion.errors import SpecError
 from dob_companion.synthesis.auto_spec import AutoSpec, parse_auto
 from dob_companion.synthesis.limits import LONGEST_DELAY
 from dob_companion.synthesis.model_file import Reader, with_model_files
-from dob_companion.synthesis.table import Table, is_number
+from dob_companion.synthesis.table import Table, is_number, shown
 from dob_companion.synthesis.uncertainty import Uncertainty, parse_uncertainty
 
 METHODS = ("zoh", "foh", "tustin", "impulse")
@@ -168,7 +168,7 @@ def _block(source: str, item: object, delay: int, order: int | None, *, weighted
     table = Table(f"{source}: block {name!r}", item, keys)
     axes = table.texts("axes")
     if not axes or len(set(axes)) != len(axes) or not set(axes) <= set(AXES):
-        raise SpecError(f"{table.where}: axes: expected different ones of {', '.join(AXES)}, got {list(axes)}")
+        raise SpecError(f"{table.where}: axes: expected different ones of {', '.join(AXES)}, got {shown(list(axes))}")
     disturbance, noise = _weights(table, axes) if weighted or "weights" in table else (None, None)
     return BlockSpec(
         where=table.where,
@@ -256,7 +256,7 @@ def _roots(table: Table, key: str) -> tuple[complex, ...]:
     for item in table.items(key):
         pair = [item, 0.0] if not isinstance(item, list) else item
         if len(pair) != 2 or not all(is_number(part) for part in pair):
-            raise SpecError(f"{table.where}: {key}: expected finite numbers or [re, im] pairs, got {item!r}")
+            raise SpecError(f"{table.where}: {key}: expected finite numbers or [re, im] pairs, got {shown(item)}")
         root = complex(float(pair[0]), float(pair[1]))
         out += [root, root.conjugate()] if root.imag else [root]
     return tuple(out)

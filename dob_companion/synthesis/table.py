@@ -72,21 +72,21 @@ class Table:
         """A non-empty string."""
         value = self.get(key)
         if not isinstance(value, str) or not value:
-            raise SpecError(f"{self.where}: {key}: expected a non-empty string, got {value!r}")
+            raise SpecError(f"{self.where}: {key}: expected a non-empty string, got {shown(value)}")
         return value
 
     def texts(self, key: str) -> tuple[str, ...]:
         """An array of strings."""
         value = self.items(key)
         if not all(isinstance(item, str) for item in value):
-            raise SpecError(f"{self.where}: {key}: expected an array of strings, got {value!r}")
+            raise SpecError(f"{self.where}: {key}: expected an array of strings, got {shown(value)}")
         return tuple(value)
 
     def choice(self, key: str, among: tuple[str, ...], default: str) -> str:
         """One of a few words."""
         value = self._raw.get(key, default)
         if value not in among:
-            raise SpecError(f"{self.where}: {key}: expected one of {', '.join(among)}, got {value!r}")
+            raise SpecError(f"{self.where}: {key}: expected one of {', '.join(among)}, got {shown(value)}")
         return str(value)
 
     def whole(self, key: str, default: int, most: int | None = None) -> int:
@@ -94,7 +94,7 @@ class Table:
         value = self._raw.get(key, default)
         if isinstance(value, bool) or not isinstance(value, int) or value < 0 or (most is not None and value > most):
             limit = "0 or more" if most is None else f"0 or more, at most {most}"
-            raise SpecError(f"{self.where}: {key}: expected a whole number of {limit}, got {value!r}")
+            raise SpecError(f"{self.where}: {key}: expected a whole number of {limit}, got {shown(value)}")
         return value
 
     def number(
@@ -107,14 +107,14 @@ class Table:
         """A finite number that `fits`; `expected` says so in words."""
         value = self.get(key) if default is None else self._raw.get(key, default)
         if not is_number(value) or not fits(float(value)):
-            raise SpecError(f"{self.where}: {key}: expected {expected}, got {value!r}")
+            raise SpecError(f"{self.where}: {key}: expected {expected}, got {shown(value)}")
         return float(value)
 
     def numbers(self, key: str) -> tuple[float, ...]:
         """An array of finite numbers."""
         value = self.items(key)
         if not all(is_number(item) for item in value):
-            raise SpecError(f"{self.where}: {key}: expected an array of finite numbers, got {value!r}")
+            raise SpecError(f"{self.where}: {key}: expected an array of finite numbers, got {shown(value)}")
         return tuple(float(item) for item in value)
 
     def matrix(self, key: str) -> tuple[tuple[float, ...], ...]:
@@ -132,3 +132,12 @@ def is_number(value: object) -> bool:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     return abs(value) <= sys.float_info.max
+
+
+def shown(value: object) -> str:
+    """A value in a message: as Python writes it, and no longer than a line bears."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python writes no whole number of more than 4300 digits
+        return "a number of thousands of digits"
+    return text if len(text) <= 80 else f"{text[:79]}…"

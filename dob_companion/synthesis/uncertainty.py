@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 from dob_companion.errors import SpecError
 from dob_companion.synthesis.limits import LONGEST_DELAY, MOST_DELAY_CASES
-from dob_companion.synthesis.table import Table
+from dob_companion.synthesis.table import Table, shown
 
 CHANNEL_KEYS = ("gain", "pole", "modes", "delay_samples", "frequency_hz", "multiplicative")
 SYNTHESES = ("robust", "nominal")
@@ -143,7 +143,7 @@ def _channel(table: Table) -> ChannelUncertainty:
 def _around(table: Table, key: str, nominal: float) -> Interval:
     ends = table.numbers(key)
     if len(ends) != 2 or not ends[0] <= nominal <= ends[1]:
-        raise SpecError(f"{table.where}: {key}: expected [low, high] around {nominal:g}, got {list(ends)}")
+        raise SpecError(f"{table.where}: {key}: expected [low, high] around {nominal:g}, got {shown(list(ends))}")
     return Interval(nominal, *ends)
 
 
@@ -186,7 +186,7 @@ def _delay(table: Table) -> int:
     if not whole or len(ends) != 2 or ends[0] != 0 or not 0 <= ends[1] <= LONGEST_DELAY:
         raise SpecError(
             f"{table.where}: delay_samples: expected [0, most] in whole samples beyond the model's, at most "
-            f"{LONGEST_DELAY} (a delay that is always there belongs in the plant), got {ends!r}"
+            f"{LONGEST_DELAY} (a delay that is always there belongs in the plant), got {shown(ends)}"
         )
     return int(ends[1])
 

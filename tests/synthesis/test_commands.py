@@ -50,3 +50,36 @@ def test_bad_specs_end_with_one_line_and_no_file(old, new, code, words, tmp_path
 def test_a_spec_that_is_not_there_ends_with_two(tmp_path, capsys):
     assert main(["design", str(tmp_path / "none.toml"), "-o", str(tmp_path)]) == 2
     assert "none.toml" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("order", ["0", "-1", "1.5", "three"])
+def test_an_order_that_is_none_says_what_was_expected(order, tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["design", str(paper.SPEC), "-o", str(tmp_path), "--order", order])
+    assert ended.value.code == 2
+    assert f"argument --order: {order!r}, expected a whole number of 1 or more" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("command", "more"), [("report", " or a design.json"), ("replay", "")])
+def test_a_telemetry_log_is_called_one(command, more, tmp_path, capsys):
+    log = tmp_path / "x.tlog"
+    log.write_bytes(b"\x00\x06\x10\x11\x12\x13\x14\x15\xfd" + bytes(40))
+    assert main([command, str(log), *(["-o", str(tmp_path / "page.html")] if more else [])]) == 2
+    expected = f"{log}: a telemetry log, expected a recorded flight (flight-NNNN-NNN.dobtrace){more}"
+    assert capsys.readouterr().err == f"dob-companion: {expected}\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["x.tlog"]
+
+
+def test_a_place_that_cannot_be_written_is_said_before_the_work(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    for command in ("design", "compare"):
+        assert main([command, str(paper.SPEC), "-o", str(tmp_path / "file" / "out")]) == 2
+        assert "is not a directory" in capsys.readouterr().err
+
+
+def test_an_auto_table_that_is_missing_is_told_what_it_holds(tmp_path, capsys):
+    assert main(["design", str(paper.SPEC), "-o", str(tmp_path / "out"), "--auto"]) == 2
+    said = capsys.readouterr().err
+    for key in ("'auto' is missing", "disturbance_band_hz", "noise_rms", "least_disk_margin"):
+        assert key in said
+    assert not (tmp_path / "out").exists()
