@@ -95,18 +95,42 @@ def test_a_zoomed_curve_keeps_its_gaps(chromium, tmp_path):
     band = Band("", t, y - 0.1, np.where((t > 1.85) & (t < 1.95), np.nan, y + 0.1), "on")
     panel = Panel(0, 0, Scale("time", "s", 0.0, 10.0), Scale("y", "", -1.2, 1.2), (Curve("y", t, y, "on"),), (band,))
     chart = Chart("gaps", "a curve with a gap", (panel,))
-    script = (files("dob_companion.report") / "static" / "page.js").read_text(encoding="utf-8")
-    html = (
-        f'<!doctype html><figure class="chart" id="gaps" data-key="gaps">{draw.svg(chart)}'
-        f'<script type="application/json">{draw.data(chart)}</script></figure><script>{script}</script>'
-    )
-    seen, console = _worked(chromium, tmp_path, html, ["gaps"])
+    seen, console = _worked(chromium, tmp_path, _one_figure(chart), ["gaps"])
     assert console == []
     before, after = seen["gaps"]["lines"]
     step = before[1] - before[0]
     assert after[0] - before[-1] == pytest.approx(4.0 * step, rel=0.05)  # three samples are missing
     assert max(np.diff(before + after)) == pytest.approx(4.0 * step, rel=0.05)
     assert seen["gaps"]["areas"] == 3
+
+
+def test_the_readout_says_nothing_of_a_curve_where_it_is_not(chromium, tmp_path):
+    """The hand points at 30 % of the width: within the line's one long piece, before, after and in a gap of others."""
+    t = np.linspace(0.0, 10.0, 1001)
+    curves = (
+        Curve("all along", t, 0.5 + 0.0 * t, "on"),
+        Curve("two points", np.array([0.0, 10.0]), np.array([-1.0, 1.0]), "bound"),
+        Curve("before", t[:200], 0.1 + 0.0 * t[:200], "off"),
+        Curve("after", t[500:], 0.2 + 0.0 * t[500:], "off"),
+        Curve("gap", t, np.where((t > 2.0) & (t < 4.0), np.nan, 0.3), "off"),
+    )
+    panel = Panel(0, 0, Scale("time", "s", 0.0, 10.0), Scale("y", "", -1.2, 1.2), curves)
+    chart = Chart("ends", "curves that end", (panel,))
+    seen, console = _worked(chromium, tmp_path, _one_figure(chart), ["ends"])
+    assert console == []
+    shown = dict(re.findall(r"^(.+?)\s*(−?[\d.]+)(?: \w+)?\s*$", seen["ends"]["hover"], flags=re.MULTILINE))
+    assert set(shown) == {"time", "all along", "two points"}
+    at = float(shown["time"])
+    assert 2.0 < at < 4.0
+    assert float(shown["two points"].replace("−", "-")) == pytest.approx(-1.0 + at / 5.0, abs=2e-3)
+
+
+def _one_figure(chart):
+    script = (files("dob_companion.report") / "static" / "page.js").read_text(encoding="utf-8")
+    return (
+        f'<!doctype html><figure class="chart" id="{chart.key}" data-key="{chart.key}">{draw.svg(chart)}'
+        f'<script type="application/json">{draw.data(chart)}</script></figure><script>{script}</script>'
+    )
 
 
 def test_a_hostile_design_runs_no_script_of_its_own(chromium, tmp_path):

@@ -249,13 +249,28 @@
       for (const p of this.panels.filter((other) => other.spec.col === panel.spec.col)) {
         make("line", { class: "cross", x1: px, x2: px, y1: p.top, y2: p.top + p.height }, p.over);
         for (const c of p.curves) {
-          const i = nearest(c.x, value), y = p.y.pixel(c.y[i]);
-          if (c.name === "" || !Number.isFinite(c.y[i])) continue;
-          if (y >= p.top && y <= p.top + p.height) make("circle", { cx: p.x.pixel(c.x[i]), cy: y, r: 3, fill: c.colour }, p.over);
-          rows.push(this.row(c.colour, p.spec.title && p.spec.title !== c.name ? `${p.spec.title} ${c.name}` : c.name, `${format(c.y[i])} ${p.spec.y.unit}`));
+          const point = c.name === "" ? null : this.at(p, c, px);
+          if (point === null) continue;
+          const y = p.y.pixel(point.y);
+          if (y >= p.top && y <= p.top + p.height) make("circle", { cx: p.x.pixel(point.x), cy: y, r: 3, fill: c.colour }, p.over);
+          rows.push(this.row(c.colour, p.spec.title && p.spec.title !== c.name ? `${p.spec.title} ${c.name}` : c.name, `${format(point.y)} ${p.spec.y.unit}`));
         }
       }
       return rows;
+    }
+
+    // What is drawn of a curve at a pixel: the sample there, or the straight line between two that are far apart. Null
+    // where nothing is: before its first sample, after its last, and in its gaps.
+    at(p, c, px) {
+      const near = 12, value = p.x.value(px), i = nearest(c.x, value), there = p.x.pixel(c.x[i]);
+      if (Math.abs(there - px) <= near) {
+        const outside = (i === 0 && there - px > 1) || (i === c.x.length - 1 && px - there > 1);
+        return outside || !Number.isFinite(c.y[i]) ? null : { x: c.x[i], y: c.y[i] };
+      }
+      const j = there < px ? i + 1 : i - 1;
+      if (j < 0 || j >= c.x.length || !Number.isFinite(c.y[i]) || !Number.isFinite(c.y[j])) return null;
+      const share = (px - there) / (p.x.pixel(c.x[j]) - there), from = p.y.pixel(c.y[i]), to = p.y.pixel(c.y[j]);
+      return { x: value, y: p.y.value(from + share * (to - from)) };
     }
 
     nearestPoint(p, px, py) {
