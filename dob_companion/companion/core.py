@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 from dob_companion import __version__
 from dob_companion.artifact import DobDesign
+from dob_companion.companion.clocks import seconds
 from dob_companion.companion.config import CompanionConfig
-from dob_companion.companion.dob import LONGEST_BLIND_FADE_S, DobLoop
+from dob_companion.companion.dob import Answer, DobLoop
 from dob_companion.companion.neighbours import Neighbours
 from dob_companion.companion.operator import Operator
 from dob_companion.companion.parameters import Parameters
@@ -48,7 +49,14 @@ from dob_companion.supervisor import State, ages
 
 SILENCE_S = 0.5
 """Wall time without a gyro message after which it is silence. Above the 0.2 s at which a waiting vehicle in lockstep
-repeats its newest pair, with room for a busy machine; the vehicle itself fades a held correction within 0.2 s."""
+repeats its newest pair, with room for a busy machine; the vehicle itself fades a held correction within 0.2 s, so that
+nothing but zeros may follow."""
+
+ZEROS_S = 0.5
+"""So long zeros are sent after a correction has ended in silence: one alone may be lost."""
+
+LONGEST_CLOSING_S = 0.5
+"""A correction is faded for so long at most when the companion leaves; then it is zero."""
 
 HEARTBEAT_S = 1.0
 TELEMETRY_EVERY = 5
@@ -121,11 +129,13 @@ class Companion:
         self._events: list[Event] = []
         self._next_heartbeat = now
         self._heard_gyro = self._heard_beat = now
-        self._blind_since: float | None = None
-        self._blind_sent = 0
+        self._zeros_since: float | None = None
+        self._zeros_sent = 0
         self._close_by = float("inf")
         self._untold = 0
         self._answered: int | None = None
+        self._unsent: list[tuple[Answer, bytes]] = []
+        self._two_clocks = False
 
     # The four verbs -------------------------------------------------------------------------------------------
 
@@ -146,22 +156,25 @@ class Companion:
         request = self._streams.due(now)
         if request:
             self._out.append(self._speaker.request(request))
-        if now - self._heard_gyro >= self._patience:
+        if now - self._heard_gyro >= SILENCE_S:
             self._without_samples(now)
         if self.loop.closing and (not self.loop.injecting or now >= self._close_by):
-            self._finish()
+            self._finish(now)
         self._report()
 
     def bytes_to_send(self) -> list[bytes]:
         """Messages to send, oldest first; each call empties the list."""
+        if self._unsent:
+            self.loop.answer_left(self._unsent[-1][0].stamp_us)
+            self._unsent.clear()
         out, self._out = self._out, []
         return out
 
     def next_deadline(self) -> float:
         """When `advance` must be called even if nothing comes in."""
-        silence = self._heard_gyro + self._patience
-        if self._blind_since is not None:
-            silence = self._blind_since + (self._blind_sent + 1) * self.loop.dt
+        silence = self._heard_gyro + SILENCE_S
+        if self._zeros_since is not None:
+            silence = self._zeros_since + self._zeros_sent * self.loop.dt
         elif not self.loop.injecting:
             silence = float("inf")
         return min(self._next_heartbeat, self._streams.deadline, silence, self._close_by)
@@ -173,6 +186,11 @@ class Companion:
         """System id of the vehicle that is obeyed; None while none has been heard."""
         return self._codec.system
 
+    def may_bring_sample(self, data: bytes) -> bool:
+        """Whether a gyro sample may be in these bytes. When several pieces have come in, nothing should be sent before
+        the last such piece was received: of a backlog only the newest samples are answered."""
+        return self._codec.may_bring_sample(data)
+
     @property
     def next_sample(self) -> float:
         """When the next gyro sample is to be expected."""
@@ -182,7 +200,7 @@ class Companion:
         """Begin to leave: fade out, then a zero as the last message, then `closed` is True."""
         if not self.loop.closing:
             self.loop.closing = True
-            self._close_by = now + min(self.parameters["DOB_RAMP_S"], LONGEST_BLIND_FADE_S) + 10 * self.loop.dt
+            self._close_by = now + min(self.parameters["DOB_RAMP_S"], LONGEST_CLOSING_S) + 10 * self.loop.dt
             self.loop.operator_wrote()
 
     def events(self) -> list[Event]:
@@ -252,10 +270,23 @@ class Companion:
         answer = self.loop.gyro(sample, now)
         if answer is None:
             return
-        self._heard_gyro, self._blind_since = now, None
-        self._out.append(self._speaker.correction(answer.stamp_us, answer.correction))
+        self._heard_gyro, self._zeros_since = now, None
+        if self._unsent:
+            self._leave_out_old(sample.stamp_us)
+        message = self._speaker.correction(answer.stamp_us, answer.correction)
+        self._out.append(message)
+        self._unsent.append((answer, message))
         if not repeat:
             self._answered = sample.stamp_us
+
+    def _leave_out_old(self, newest_us: int) -> None:
+        """Of the samples of a backlog only the newest are answered, unless by zero: what an older one asks for is
+        older than the design allows, and the vehicle takes the newest in any case."""
+        old = newest_us - self.loop.gate.median_limit * round(1e6 * self.loop.dt)
+        left_out = [m for answer, m in self._unsent if answer.stamp_us < old and any(answer.correction)]
+        if left_out:
+            self._out = [message for message in self._out if message not in left_out]
+            self._unsent = [kept for kept in self._unsent if kept[1] not in left_out]
 
     def _follow_up(self) -> None:
         """What comes after an answer, when that has left: the loop's own measuring, telemetry, words."""
@@ -341,38 +372,37 @@ class Companion:
             self._say(Severity.WARNING, f"DOB: {words}"[:50])
         self._say_what_is_waited_for(now)
 
-    @property
-    def _patience(self) -> float:
-        """How long to wait for the next sample before going on without."""
-        return 3 * self.loop.dt if self.loop.closing else SILENCE_S
-
     def _without_samples(self, now: float) -> None:
-        newest = self.loop.samples.newest_us
-        if newest is None or not self.loop.injecting:
-            self._blind_since = None
-            self.loop.silent()
+        """Silence: the vehicle has faded by itself, and zeros tell it that this was the end of it."""
+        if self._zeros_since is None and self.loop.injecting:
+            self._zeros_since, self._zeros_sent = now, 0
+        self.loop.silent()
+        if self._zeros_since is None:
             return
-        if self._blind_since is None:
-            self._blind_since, self._blind_sent = now, 0
-        dt = self.loop.dt
-        base = newest + round((self._blind_since - self._heard_gyro) / dt) * round(1e6 * dt)
-        longest = min(self.parameters["DOB_RAMP_S"], LONGEST_BLIND_FADE_S)
-        while self.loop.injecting and self._blind_since + self._blind_sent * dt <= now:
-            last = self._blind_sent * dt >= longest
-            answer = self.loop.blind(base + self._blind_sent * round(1e6 * dt), last)
-            self._blind_sent += 1
-            self._out.append(self._speaker.correction(answer.stamp_us, answer.correction))
-        if not self.loop.injecting:
-            self._blind_since = None
+        while self._zeros_since + self._zeros_sent * self.loop.dt <= min(now, self._zeros_since + ZEROS_S):
+            self._zero(self._zeros_since, self._zeros_sent)
+            self._zeros_sent += 1
+        if self._zeros_sent * self.loop.dt > ZEROS_S:
+            self._zeros_since = None
 
-    def _finish(self) -> None:
-        if not self.closed and self.loop.samples.newest_us is not None:
-            self._out.append(self._speaker.correction(self.loop.samples.newest_us, (0.0, 0.0, 0.0)))
+    def _zero(self, now: float, later: int = 0) -> None:
+        """A zero under the stamp that a sample would bear by `now`, or so many samples later."""
+        newest = self.loop.samples.newest_us
+        if newest is not None:
+            missed = int((now - self._heard_gyro) / self.loop.dt) + later
+            stamp = newest + missed * round(1e6 * self.loop.dt)
+            self.loop.watch.echo.sent(stamp, (0.0, 0.0, 0.0))
+            self._out.append(self._speaker.correction(stamp, (0.0, 0.0, 0.0)))
+
+    def _finish(self, now: float) -> None:
+        if not self.closed:
+            self._zero(now)
         self.closed = True
 
     # Words ----------------------------------------------------------------------------------------------------
 
     def _report(self) -> None:
+        self._report_clocks(self.loop.samples.clocks.offset_s)
         for change in self.loop.take_transitions():
             self._waiting.said(change.reason)
             severity = Severity.CRITICAL if change.target is State.FAULT else Severity.NOTICE
@@ -386,6 +416,16 @@ class Companion:
                 self._say(Severity.NOTICE, f"DOB {state.name}: {why}")
         elif state is not State.RAMP_OUT:  # whose reason has just been said
             self._waiting.over()
+
+    def _report_clocks(self, offset: float | None) -> None:
+        """Once on the way in and once on the way out: it stands between a right vehicle and injecting."""
+        if (offset is not None) == self._two_clocks:
+            return
+        self._two_clocks = offset is not None
+        if offset is None:
+            self._say(Severity.NOTICE, "DOB: gyro and moments on one clock")
+        else:
+            self._say(Severity.WARNING, f"DOB: gyro and moments on two clocks: {seconds(offset)}")
 
     def _say(self, severity: Severity, text: str) -> None:
         self._out.append(self._speaker.text(severity, text))

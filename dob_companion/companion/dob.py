@@ -31,9 +31,6 @@ LEAST_SETTLING_S = 0.1
 JUDGE_EVERY = 25
 """Samples between two judgements of the link (0.1 s at 250 Hz)."""
 
-LONGEST_BLIND_FADE_S = 0.5
-"""Without samples a correction may be faded for so long at most; then it is zero."""
-
 
 @dataclass(frozen=True, slots=True)
 class Answer:
@@ -46,8 +43,9 @@ class Answer:
 class DobLoop:
     """Observer, supervisor and fades of one vehicle.
 
-    `gyro` and `moment` take facts as they arrive; `blind` continues a fade when they have stopped. `transitions`
-    collects changes of state until they are taken with `take_transitions`.
+    `gyro` and `moment` take facts as they arrive, `answer_left` that an answer is on its way; `silent` ends a
+    correction when samples have stopped. `transitions` collects changes of state until they are taken with
+    `take_transitions`.
 
     An answer is wanted at once, so `gyro` does only what it depends on. `follow_up` does the rest, the measuring of
     link and plant, when the answer has left; what that finds counts from the next sample on. Who does not call it
@@ -117,6 +115,7 @@ class DobLoop:
         if arrived.arrival is Arrival.RESTART:
             self.gate.clear()
             self.watch.regime.forget()
+            self.shaper.drop()  # a vehicle that has started anew holds no correction that could be faded
             self._start_anew("vehicle clock jumped back")
         if arrived.arrival is Arrival.GAP:
             self._start_anew("gap in samples" if self.answer else "observer settling")
@@ -148,6 +147,10 @@ class DobLoop:
             self.gate.judge(answer.stamp_us)
             self._latch(self.watch.judge(self.injecting))
 
+    def answer_left(self, stamp_us: int) -> None:
+        """The answer to this sample has been handed to the link, those before it with it or not at all."""
+        self.gate.takeup.left(stamp_us)
+
     def moment(self, applied: AppliedMoment) -> None:
         """Take the applied moment of a sample, whose step it completes, and the age of our part in it."""
         if self._finished is not None:
@@ -159,6 +162,7 @@ class DobLoop:
             if inputs := self.samples.foreseen():
                 self._observer.foresee(*inputs)
             age = applied.age_samples
+            self.gate.takeup.reported(applied.stamp_us, age)
             self.gate.delay.add(applied.stamp_us, self.round_trip.delay_samples(self.dt) if math.isnan(age) else age)
             self._latch(self.watch.applied(applied))
 
@@ -170,20 +174,14 @@ class DobLoop:
             self._judge()
 
     def silent(self) -> None:
-        """No sample has come for long: the data are not good, whatever they were."""
+        """No sample has come for longer than the vehicle holds a correction: it has none of ours any more."""
         self._settled, self._data_why = 0, "no samples"
+        self.shaper.drop()
         self._judge()
 
-    def blind(self, stamp_us: int, last: bool) -> Answer:
-        """Go on fading without a sample, under an extrapolated stamp; with `last`, zero."""
-        self.silent()
-        if last:
-            self.shaper.drop()
-        answer = self._reply(stamp_us)
-        self.watch.echo.sent(stamp_us, answer.correction)
-        return answer
-
     def _reply(self, stamp_us: int) -> Answer:
+        if self.gate.broken(stamp_us):
+            self.shaper.drop()
         self._judge()
         asked, state = self._parameters.settings, self.supervisor.state
         fade_in = state is State.ACTIVE or state is State.RAMP_IN
@@ -220,7 +218,7 @@ class DobLoop:
         """What speaks against injecting: fault, data, link, flight, model, the gravest first; "" for nothing."""
         return (
             self._fault,
-            "" if self._data_good else self._data_why,
+            self.samples.clocks.why or ("" if self._data_good else self._data_why),
             "" if self.gate.good else self.gate.why,
             self.watch.regime.why_not(self._now),
             self.watch.model_why,
@@ -232,7 +230,7 @@ class DobLoop:
 
     @property
     def _data_good(self) -> bool:
-        return self._settled >= self._settling
+        return self._settled >= self._settling and not self.samples.clocks.why
 
     def _latch(self, fault: str) -> None:
         """A fault matters, and stays, when the operator wants to inject."""

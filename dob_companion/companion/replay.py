@@ -90,13 +90,11 @@ class Replay:
         """Bytes came from the link."""
         if companion := self._called(now):
             companion.receive(data, now)
-            self._due.extend(companion.bytes_to_send())
 
     def advanced(self, now: float) -> None:
         """Time has passed."""
         if companion := self._called(now):
             companion.advance(now)
-            self._due.extend(companion.bytes_to_send())
 
     def closing(self, now: float) -> None:
         """The companion was told to leave."""
@@ -109,11 +107,13 @@ class Replay:
             self._companion.load = ComputerLoad(*load)
 
     def said(self, message: bytes) -> None:
-        """It answered to the call before."""
+        """It answered to the calls before."""
         if self._companion is None or self.difference:
             return
         self.messages += 1
         self.corrections += isinstance(self._spoken.read(message), Correction)
+        if not self._due:  # only now: a companion is asked what it has to say when the recorded one was
+            self._due.extend(self._companion.bytes_to_send())
         computed = self._due.popleft() if self._due else b""
         if computed != message:
             self._differs(f"recorded {self._words(message)}, computed {self._words(computed)}")
@@ -122,6 +122,7 @@ class Replay:
         """A turn of the loop is over: all was said, and its events were taken."""
         if self._companion is None or self.difference:
             return
+        self._due.extend(self._companion.bytes_to_send())
         if self._due:
             self._differs(f"recorded nothing, computed {self._words(self._due[0])}")
             return

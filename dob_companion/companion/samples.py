@@ -24,6 +24,7 @@ from itertools import pairwise
 from operator import itemgetter
 from typing import NamedTuple
 
+from dob_companion.companion.clocks import ClockCheck
 from dob_companion.mavlink.facts import Axes3
 
 RESTART_US = 1_000_000
@@ -37,6 +38,13 @@ ONE_MISSING, GAP = 1.5, 2.6
 
 STALE_MOMENT = 1.9
 """Age of the newest moment at a grid point, in dt, above which more than one is missing."""
+
+AHEAD = 32
+"""A moment stamped so many dt ahead of the newest gyro sample is of no use when that one's successor comes: between
+them lies a gap."""
+
+MOST_MOMENTS = 64
+"""Moments kept at most, the newest."""
 
 
 class Arrival(Enum):
@@ -58,6 +66,7 @@ class SampleCounters:
     gaps: int = 0
     repeats: int = 0
     late: int = 0
+    early: int = 0
     restarts: int = 0
 
 
@@ -78,6 +87,7 @@ class Samples:
 
     def __init__(self, dt: float) -> None:
         self.counters = SampleCounters()
+        self.clocks = ClockCheck(dt)
         self._dt_us = 1e6 * dt
         self._tolerance_us = SNAP * self._dt_us
         self._newest: int | None = None
@@ -95,7 +105,12 @@ class Samples:
         return self._newest
 
     def moment(self, stamp_us: int, moment: Axes3) -> bool:
-        """Keep the moment that acts from a stamp on. False when it is late (its interval is done) or a repeat."""
+        """Keep the moment that acts from a stamp on. False when it is late (its interval is done), a repeat, or far
+        ahead of the gyro."""
+        self.clocks.moment(stamp_us)
+        if self._newest is not None and stamp_us > self._newest + AHEAD * self._dt_us:
+            self.counters.early += 1
+            return False
         known = any(stamp == stamp_us for stamp, _ in self._moments)
         if known or (self._newest is not None and stamp_us < self._grid - self._tolerance_us):
             self.counters.late += 1
@@ -106,6 +121,7 @@ class Samples:
         self._newest_moment = max(stamp_us, previous or 0)
         self._forget()
         insort(self._moments, (stamp_us, moment), key=itemgetter(0))
+        del self._moments[:-MOST_MOMENTS]
         return True
 
     def foreseen(self) -> Inputs | None:
@@ -117,6 +133,7 @@ class Samples:
 
     def gyro(self, stamp_us: int, rates: Axes3) -> Arrived:
         """Take in a gyro sample whose stamp is new (see `known`)."""
+        self.clocks.gyro(stamp_us)
         previous = self._newest
         if previous is None:
             return self._begin(stamp_us, rates, Arrival.GAP)

@@ -24,7 +24,7 @@ from dob_companion.mavlink.facts import (
     TimesyncReply,
     TimesyncRequest,
 )
-from dob_companion.mavlink.frame import read_frame
+from dob_companion.mavlink.frame import read_frame, single_frame
 from dob_companion.mavlink.ftp import is_request
 
 AUTOPILOT = mav.MAV_COMP_ID_AUTOPILOT1
@@ -81,6 +81,11 @@ class Codec:
             return self._parsed(data)
         fact = self._at_full_rate(*frame)
         return () if fact is None else (fact,)
+
+    def may_bring_sample(self, data: bytes) -> bool:
+        """Whether a gyro sample may be in `data`: False only where a look at its first bytes shows that it is not."""
+        number = single_frame(data) if self._datagrams else None
+        return number is None or number == mav.MAVLINK_MSG_ID_HIGHRES_IMU
 
     def _parsed(self, data: bytes) -> Iterator[Fact]:
         for message in self._messages(data):

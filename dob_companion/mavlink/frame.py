@@ -7,7 +7,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mav
 
 _START = 0xFD
-_HEADER, _CRC = 10, 2
+_HEADER, _CRC, _SIGNATURE = 10, 2, 13
 _EXTRA = [bytes((extra,)) for extra in range(256)]
 
 
@@ -33,6 +33,14 @@ def read_frame(data: bytes, known: dict[int, Any]) -> tuple[int, int, int, tuple
     if len(payload) != size:  # trailing zeros are not sent, and a newer dialect may have fields more
         payload = payload[:size].ljust(size, b"\0")
     return data[5], data[6], number, layout.unpacker.unpack(payload)
+
+
+def single_frame(data: bytes) -> int | None:
+    """Message number of `data` that looks like exactly one MAVLink 2 frame, whole or not; None for anything else."""
+    if len(data) < _HEADER + _CRC or data[0] != _START:
+        return None
+    signature = _SIGNATURE if data[2] & 1 else 0
+    return data[7] | data[8] << 8 | data[9] << 16 if len(data) == _HEADER + data[1] + _CRC + signature else None
 
 
 def write_frame(layout: Any, sequence: int, system: int, component: int, *fields: Any) -> bytes:

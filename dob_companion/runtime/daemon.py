@@ -5,7 +5,7 @@ import select
 import signal
 import socket
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from dob_companion.companion import Companion, Event, Status
@@ -25,6 +25,10 @@ FULL_LINE_WAIT_S = 0.01
 
 READING_S = 0.004
 """Time to read in one turn, a sample's: a flood must not keep the companion from its deadlines."""
+
+MOST_BYTES = 8192
+"""Read in one turn at most: 0.09 s of a full line at 921600 baud. A vehicle whose samples have waited
+for longer has timed out, and is answered with zeros."""
 
 _LOAD_EVERY_S = 1.0
 
@@ -145,10 +149,13 @@ def _turn(
     if stop in ready:
         stop.drain()
     if link in ready:
-        for data in pieces(link, now + READING_S):
+        batch = _batch(link, now + READING_S)
+        newest = _last(map(companion.may_bring_sample, batch))
+        for number, data in enumerate(batch):
             companion.receive(data, now)
             witness.received(data, now)
-            _flush(companion, link, witness)
+            if number >= newest:
+                _flush(companion, link, witness)
             if rehearsal:
                 rehearsal.heard(data, now)
     companion.advance(now)
@@ -163,6 +170,22 @@ def pieces(link: Link, until: float) -> Iterator[bytes]:
         yield data
         if time.monotonic() >= until:
             return
+
+
+def _batch(link: Link, until: float) -> list[bytes]:
+    """What is there before any of it is looked at, so that of a backlog the newest sample is known."""
+    found, size = [], 0
+    for data in pieces(link, until):
+        found.append(data)
+        size += len(data)
+        if size >= MOST_BYTES:
+            break
+    return found
+
+
+def _last(found: Iterable[bool]) -> int:
+    """The index of the last True; 0 where there is none."""
+    return max((number for number, true in enumerate(found) if true), default=0)
 
 
 def _ready(ends: list[Link | Stop], until: float) -> list[Link | Stop]:

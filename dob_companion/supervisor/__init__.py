@@ -6,6 +6,7 @@ from dob_companion.supervisor.health import Echo, EstimateBounds, Innovation, Sa
 from dob_companion.supervisor.monitors import DelayMonitor, Hysteresis, LinkGate, RateMonitor, RoundTrip, percentile
 from dob_companion.supervisor.regime import Air, FlightRegime, RegimeLimits
 from dob_companion.supervisor.table import Conditions, State, Supervisor, Transition
+from dob_companion.supervisor.takeup import TakeUp
 
 __all__ = [
     "Air",
@@ -25,6 +26,7 @@ __all__ = [
     "Saturation",
     "State",
     "Supervisor",
+    "TakeUp",
     "Transition",
     "percentile",
 ]

@@ -5,6 +5,7 @@ from collections import Counter, deque
 from collections.abc import Collection
 
 from dob_companion.supervisor import ages
+from dob_companion.supervisor.takeup import TakeUp
 
 WINDOW_US = 2_000_000
 """Rate and delay are judged over the last 2 s of vehicle time."""
@@ -15,6 +16,9 @@ UNKNOWN_AGE = 255
 MOST_OPEN = 128
 """TIMESYNC requests that may be open at once, and round trips that are kept: more than 10 s at 10 Hz."""
 
+MOST_IN_WINDOW = 16_384
+"""Messages remembered of a window at most: 8 kHz. Stamps that hardly advance must not fill the memory."""
+
 
 class RateMonitor:
     """Samples per second of vehicle time over the last 2 s."""
@@ -22,7 +26,7 @@ class RateMonitor:
     __slots__ = ("_stamps",)
 
     def __init__(self) -> None:
-        self._stamps: deque[int] = deque()
+        self._stamps: deque[int] = deque(maxlen=MOST_IN_WINDOW)
 
     def add(self, stamp_us: int) -> None:
         """Count a sample; stamps must increase."""
@@ -62,7 +66,7 @@ class DelayMonitor:
         samples = round(age) if known else UNKNOWN_AGE
         self._ages.append((stamp_us, samples))
         self._counts[samples] += 1
-        while stamp_us - self._ages[0][0] > WINDOW_US:
+        while abs(stamp_us - self._ages[0][0]) > WINDOW_US or len(self._ages) > MOST_IN_WINDOW:
             self._counts[self._ages.popleft()[1]] -= 1
 
     def percentile(self, share: float) -> int:
@@ -151,22 +155,28 @@ class Hysteresis:
             self.good, self._since = good_now, None
         return self.good
 
+    def reset(self) -> None:
+        """Bad, and nothing good seen yet."""
+        self.good, self._since = False, None
+
 
 class LinkGate:
     """Whether the link is as fast and as prompt as the design needs (docs/interfaces.md, Inputs by profile).
 
     Injecting may begin at 95 % of the design's rate and goes on down to 90 %; the median delay must not exceed
-    `delay_samples + 1`, its 95th percentile not `delay_samples + delay_margin_samples`.
+    `delay_samples + 1`, its 95th percentile not `delay_samples + delay_margin_samples`. A vehicle that may have been
+    without our corrections for longer than it holds them breaks it off at once.
     """
 
-    __slots__ = ("_hysteresis", "_median_limit", "_p95_limit", "_rate_hz", "delay", "rate", "why")
+    __slots__ = ("_broken", "_hysteresis", "_p95_limit", "_rate_hz", "delay", "median_limit", "rate", "takeup", "why")
 
     def __init__(self, rate_hz: float, delay_samples: int, delay_margin_samples: int) -> None:
         self._rate_hz = rate_hz
-        self._median_limit = delay_samples + 1
+        self.median_limit = delay_samples + 1
         self._p95_limit = delay_samples + delay_margin_samples
         self._hysteresis = Hysteresis(rise_us=500_000, fall_us=100_000)
-        self.rate, self.delay = RateMonitor(), DelayMonitor()
+        self.rate, self.delay, self.takeup = RateMonitor(), DelayMonitor(), TakeUp(1.0 / rate_hz)
+        self._broken = ""
         self.why = "measuring the link"
 
     @property
@@ -179,9 +189,19 @@ class LinkGate:
         """Median delay in samples over the last 2 s."""
         return self.delay.percentile(0.5)
 
+    def broken(self, stamp_us: int) -> bool:
+        """Whether the vehicle may have timed out when the answer to `stamp_us` arrives: the link must then prove
+        itself anew."""
+        self._broken = self.takeup.ended(stamp_us)
+        if self._broken:
+            self.why = self._broken
+            self._hysteresis.reset()
+        return bool(self._broken)
+
     def judge(self, stamp_us: int) -> bool:
         """Judge the link at `stamp_us`; `why` then says what is wrong with it, if anything."""
-        why = self._complaint()
+        self.takeup.allow(self.delay.percentile(0.95))
+        why = self._broken or self._complaint()
         good = self._hysteresis.update(stamp_us, not why)
         self.why = why if why else ("" if good else "link has not been good for long enough")
         return good
@@ -190,7 +210,8 @@ class LinkGate:
         """Start measuring again, as after a restart of the vehicle's clock."""
         self.rate.clear()
         self.delay.clear()
-        self._hysteresis.good = False
+        self.takeup.clear()
+        self._hysteresis.reset()
         self.why = "measuring the link"
 
     def _complaint(self) -> str:
@@ -202,8 +223,8 @@ class LinkGate:
         median, late = self.delay_median, self.delay.percentile(0.95)
         if late >= UNKNOWN_AGE:
             return "vehicle reports no delay"
-        if median > self._median_limit:
-            return f"delay {median} samples above {self._median_limit}"
+        if median > self.median_limit:
+            return f"delay {median} samples above {self.median_limit}"
         if late > self._p95_limit:
             return f"delay p95 {late} samples above {self._p95_limit}"
         return ""

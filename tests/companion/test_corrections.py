@@ -182,25 +182,29 @@ def test_a_stream_of_moments_that_stops_fades_the_correction():
     assert answers[-1].x == 0.0
 
 
-def test_silence_fades_with_extrapolated_stamps_for_half_a_second_at_most_and_then_nothing_is_sent():
+def test_in_silence_nothing_is_sent_but_zeros_with_extrapolated_stamps_and_these_end():
     plane = aircraft().active()
     plane.write("DOB_RAMP_S", 10.0)
     plane.rates = (0.2, 0.0, 0.0)
     plane.pairs(50)
-    newest = plane.stamp - 4000
-    heard = []
-    while plane.now < 100.0 and not (heard and heard[-1].x == 0.0):
+    newest, heard, since = plane.stamp - 4000, [], plane.now
+    while plane.now < since + 5.0:
         plane.now = plane.companion.next_deadline()
         heard += corrections(plane.listen())
     stamps = [c.time_usec for c in heard]
+    assert {xyz(c) for c in heard} == {(0.0, 0.0, 0.0)}
     assert stamps[0] - newest == pytest.approx(500_000, abs=8000)
     assert np.all(np.diff(stamps) == 4000)
-    assert len(heard) <= 0.5 / DT + 2
-    assert xyz(heard[-1]) == (0.0, 0.0, 0.0)
-    for _ in range(20):
-        plane.now = plane.companion.next_deadline()
-        assert corrections(plane.listen()) == []
+    assert stamps[-1] - stamps[0] == pytest.approx(500_000, abs=8000)
     assert plane.companion.status().state is State.WAITING
+
+
+def test_a_loop_that_stood_still_for_long_does_not_make_up_for_the_zeros_that_it_did_not_send():
+    plane = aircraft().active()
+    plane.rates = (0.2, 0.0, 0.0)
+    plane.pairs(50)
+    plane.now += 60.0
+    assert len(corrections(plane.listen())) <= 0.5 / DT + 2
 
 
 def test_the_pause_of_a_vehicle_in_lockstep_that_repeats_its_pair_is_no_silence():
@@ -229,18 +233,19 @@ def test_closing_fades_and_ends_with_a_zero():
     assert xyz(closing[-1]) == (0.0, 0.0, 0.0)
 
 
-def test_closing_without_samples_still_ends_with_a_zero_within_the_fade():
+def test_closing_without_samples_leaves_the_fade_to_the_vehicle_and_ends_with_a_zero_that_it_takes():
     plane = aircraft().active()
     plane.rates = (0.2, 0.0, 0.0)
     plane.pairs(50)
-    began = plane.now
+    began, newest = plane.now, plane.stamp - 4000
     plane.companion.close(plane.now)
-    last = None
+    heard = []
     while not plane.companion.closed:
         plane.now = min(plane.companion.next_deadline(), plane.now + 0.1)
-        last = (corrections(plane.listen()) or [last])[-1]
+        heard += corrections(plane.listen())
     assert plane.now - began <= 0.6
-    assert xyz(last) == (0.0, 0.0, 0.0)
+    assert {xyz(c) for c in heard} == {(0.0, 0.0, 0.0)}
+    assert heard[-1].time_usec > newest + 200_000
 
 
 def test_set_actuator_control_target_carries_the_same_correction_when_the_config_says_so():
