@@ -15,6 +15,8 @@ _SAME = {"udp": "udpin", "tcpin": "tcp"}
 """As MAVProxy and MAVSDK call them; our `tcp` listens."""
 _OTHER = {"udpin": "udpout", "udpout": "udpin", "tcp": "tcp"}
 RECEIVE = 65536
+MOST_DATAGRAMS = 256
+"""Datagrams taken at once: a flood must not fill the memory, nor keep the vehicle from flying."""
 
 MOST_DATAGRAMS = 256
 """Taken at once: whoever floods a link must not stop the clock."""

@@ -255,6 +255,9 @@ def _stamps(heard: Listening) -> Iterator[Finding]:
             if count > NOTABLE_SHARE * len(stream.stamps):
                 text = f"{name}: {count} {what} in {len(stream.stamps)}"
                 yield Finding(Verdict.NOTE, "stamps", text, "a lossy or overfull link; bridged one at a time")
+    if heard.clocks.why:
+        remedy = "stamp both with the time of the gyro sample (docs/interfaces.md, the vehicle)"
+        yield Finding(Verdict.MISSING, "clock", heard.clocks.why, remedy)
     gyro = heard.stream("HIGHRES_IMU")
     if gyro is not None and gyro.stamped:
         yield from _drift(gyro)

@@ -4,13 +4,14 @@ It sends heartbeats, requests for streams, and TIMESYNC; never a correction or a
 vehicle to send at its own rates again.
 """
 
-from collections import Counter, defaultdict
+from collections import Counter, defaultdict, deque
 from enum import Enum
 
 import numpy as np
 
 from dob_companion.artifact import DobDesign
-from dob_companion.companion.streamlog import StreamLog
+from dob_companion.companion.clocks import ClockCheck
+from dob_companion.companion.streamlog import MOST_KEPT, StreamLog
 from dob_companion.companion.streams import StreamRequests
 from dob_companion.mavlink import (
     AppliedMoment,
@@ -35,6 +36,9 @@ TRIES = 2
 
 SETTLING_S = 1.0
 """Wall time after the last request before anything is measured: rates change, and queues run empty."""
+
+MOST_STREAMS = 1024
+"""Streams kept apart, by sender and message: no vehicle has as many, but anybody may invent senders."""
 
 WANTED = {
     "PX4": ("HIGHRES_IMU", "ACTUATOR_CONTROL_TARGET", "ACTUATOR_OUTPUT_STATUS", "SERVO_OUTPUT_RAW"),
@@ -74,9 +78,9 @@ class Listening:
         self.presences: dict[Sender, Presence] = {}
         self.streams: dict[tuple[Sender, str], StreamLog] = {}
         self.answers: dict[str, bool | None] = {}
-        self.round_trips_s: list[float] = []
+        self.round_trips_s: deque[float] = deque(maxlen=MOST_KEPT)
         self.asked_time = 0
-        self.ages: list[float] = []
+        self.ages: deque[float] = deque(maxlen=MOST_KEPT)
         self.rates_seen: set[tuple[float, float, float]] = set()
         self.finite = True
         self.correctors: set[Sender] = set()
@@ -84,6 +88,7 @@ class Listening:
         self.signatures: defaultdict[Sender, Counter[Signature]] = defaultdict(Counter)
         self.system: int | None = None
         self.check = AxisCheck(design) if design else None
+        self.clocks = ClockCheck(dt)
         self.listener = Listener(datagrams=datagrams, gate=gate)
         self._dt, self._seconds = dt, seconds
         self._round_trip = RoundTrip()
@@ -178,7 +183,8 @@ class Listening:
     def _heard(self, heard: Heard, now: float) -> None:
         self.signatures[heard.sender][heard.signature] += 1
         key = (heard.sender, heard.name)
-        self.streams.setdefault(key, StreamLog(heard.name)).add(now, heard.stamp_us, heard.fine)
+        if key in self.streams or len(self.streams) < MOST_STREAMS:
+            self.streams.setdefault(key, StreamLog(heard.name)).add(now, heard.stamp_us, heard.fine)
 
     def _take(self, fact: Fact, now: float) -> None:
         match fact:
@@ -207,12 +213,14 @@ class Listening:
 
     def _sample(self, sample: GyroSample) -> None:
         self._gyro = sample
+        self.clocks.gyro(sample.stamp_us)
         self.finite = self.finite and bool(np.all(np.isfinite(sample.rates)))
         if len(self.rates_seen) < 2:
             self.rates_seen.add(sample.rates)
 
     def _moment(self, applied: AppliedMoment) -> None:
         self.ages.append(applied.age_samples)
+        self.clocks.moment(applied.stamp_us)
         gyro = self._gyro
         if self.check is None or gyro is None or gyro.stamp_us != applied.stamp_us or not self.finite:
             return

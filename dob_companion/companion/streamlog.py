@@ -1,7 +1,7 @@
 """One stream of stamped messages, as it arrives: rates by two clocks, the pattern of its stamps, drift."""
 
 import math
-from collections import Counter
+from collections import Counter, deque
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +15,9 @@ MOST = 0.9
 RARE = 0.1
 """Share of the intervals below which a step is an exception and no part of a pattern."""
 
+MOST_KEPT = 65_536
+"""Arrivals kept, the newest: more than four minutes at 250 Hz."""
+
 GAP = 1.5
 """Intervals longer than so many medians are gaps."""
 
@@ -25,8 +28,8 @@ class StreamLog:
 
     name: str
     fine: bool = False
-    wall: list[float] = field(default_factory=list)
-    stamps: list[int] = field(default_factory=list)
+    wall: deque[float] = field(default_factory=lambda: deque(maxlen=MOST_KEPT))
+    stamps: deque[int] = field(default_factory=lambda: deque(maxlen=MOST_KEPT))
 
     def add(self, now: float, stamp_us: int | None, fine: bool) -> None:
         """One message has arrived."""

@@ -25,6 +25,8 @@ _POLL_S = 0.5
 """How long MAVSDK is waited for at a time: a signal is not noticed sooner."""
 
 _LOOK_S = 0.05
+MOST_TEXTS = 1000
+"""STATUSTEXTs kept until somebody reads them; what comes beyond is dropped."""
 
 _T = TypeVar("_T")
 
@@ -51,7 +53,7 @@ class GroundStation:
         """
         self._url, self._timeout_s = url, timeout_s
         log_subscribe(lambda *_: True)  # MAVSDK prints to the terminal otherwise
-        self.texts: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self.texts: queue.Queue[str] = queue.Queue(MOST_TEXTS)
         self.telemetry: Telemetry | None = None
         with _signals_held():
             self._mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
@@ -158,7 +160,8 @@ class GroundStation:
                 yield self.texts.get(timeout=left)
 
     def _on_text(self, message: Any, _user_data: object) -> None:
-        self.texts.put(str(json.loads(message.fields_json).get("text", "")))
+        with contextlib.suppress(queue.Full):
+            self.texts.put_nowait(str(json.loads(message.fields_json).get("text", "")))
 
     def _on_floats(self, message: Any, _user_data: object) -> None:
         if message.component_id != COMPANION:

@@ -26,6 +26,7 @@ from dob_companion.mavlink.facts import (
 )
 from dob_companion.mavlink.frame import read_frame, single_frame
 from dob_companion.mavlink.ftp import is_request
+from dob_companion.mavlink.parser import forget_parsed, robust_parser
 
 AUTOPILOT = mav.MAV_COMP_ID_AUTOPILOT1
 COMPANION = mav.MAV_COMP_ID_ONBOARD_COMPUTER
@@ -72,7 +73,7 @@ class Codec:
         self.system = system
         self.counters = WireCounters()
         self._datagrams = datagrams
-        self._parser = _parser()
+        self._parser = robust_parser()
 
     def facts(self, data: bytes) -> Iterable[Fact]:
         """The facts in `data`: one datagram, or any piece of a byte stream."""
@@ -95,6 +96,7 @@ class Codec:
                 yield fact
         if self._datagrams and self._parser.buf_len() > 0:  # a torn message must not swallow the next datagram
             self._bad()
+        forget_parsed(self._parser)
 
     def _at_full_rate(self, system: int, component: int, number: int, fields: tuple[Any, ...]) -> Fact | None:
         """As `_gyro` and `_moment` below, from the fields in the order of the wire."""
@@ -124,7 +126,7 @@ class Codec:
 
     def _bad(self) -> None:
         self.counters.bad += 1
-        self._parser = _parser()
+        self._parser = robust_parser()
 
     def from_autopilot(self, message: Any) -> bool:
         """Whether the message is our vehicle's autopilot speaking; counts it as foreign when it is not."""
@@ -136,12 +138,6 @@ class Codec:
     def for_us(self, message: Any) -> bool:
         """Whether the message targets our component, or every component, of our system (or of any system)."""
         return message.target_system in (0, self.system) and message.target_component in (0, COMPANION)
-
-
-def _parser() -> Any:
-    parser = mav.MAVLink(None)
-    parser.robust_parsing = True
-    return parser
 
 
 def _sender(message: Any) -> Sender:

@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.mavlink.codec import AUTOPILOT
 from dob_companion.mavlink.facts import Sender
+from dob_companion.mavlink.parser import forget_parsed, robust_parser
 from dob_companion.mavlink.signing import Signature, SigningGate, is_signed
 from dob_companion.mavlink.speaker import StreamRequest
 
@@ -56,7 +57,7 @@ class Listener:
         self.bad = self.unknown = self.echoes = 0
         self._said: dict[bytes, None] = {}
         self._datagrams = datagrams
-        self._parser = _parser()
+        self._parser = robust_parser()
 
     def said(self, message: bytes) -> None:
         """We send this message."""
@@ -95,9 +96,10 @@ class Listener:
             found = self._parser.parse_buffer(data) or []
         except (mav.MAVError, struct.error, ValueError, IndexError):
             found = []
-            self._parser, self.bad = _parser(), self.bad + 1
+            self._parser, self.bad = robust_parser(), self.bad + 1
         if self._datagrams and self._parser.buf_len() > 0:
-            self._parser, self.bad = _parser(), self.bad + 1
+            self._parser, self.bad = robust_parser(), self.bad + 1
+        forget_parsed(self._parser)
         for message in found:
             if message.get_type() == "BAD_DATA":
                 self.bad += 1
@@ -113,12 +115,6 @@ def stream_request(name: str, interval_us: int) -> StreamRequest:
 def _content(frame: bytes) -> bytes:
     """What a MAVLink 2 frame says, with its sequence number and its sender, but without what signing changes."""
     return frame[4 : 10 + frame[1]]
-
-
-def _parser() -> Any:
-    parser = mav.MAVLink(None)
-    parser.robust_parsing = True
-    return parser
 
 
 def _sender(message: Any) -> Sender:

@@ -5,6 +5,9 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
+MOST_PARSED = 4096
+"""Bytes already parsed that a parser keeps at most."""
+
 SYSTEM, COMPONENT = 1, mavlink.MAV_COMP_ID_AUTOPILOT1
 
 Message = Any
@@ -37,6 +40,9 @@ class Port:
         except mavlink.MAVError:
             self.bad += 1
             return
+        if self._mav.buf_index > MOST_PARSED:  # pymavlink forgets only when a piece ends with a message
+            del self._mav.buf[: self._mav.buf_index]
+            self._mav.buf_index = 0
         for message in messages:
             kind = message.get_type()
             if kind == "BAD_DATA":

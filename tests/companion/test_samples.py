@@ -139,3 +139,61 @@ def test_a_clock_that_jumps_back_starts_anew():
     assert samples.gyro(1_000 + DT_US, np.zeros(3)).arrival is Arrival.GAP
     samples.moment(1_000 + DT_US, np.zeros(3))
     assert samples.gyro(1_000 + 2 * DT_US, np.zeros(3)).arrival is Arrival.NEXT
+
+
+# Bounds and clocks ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("step", [4000, 100, 1, -4000])
+def test_moments_do_not_pile_up_when_the_gyro_stops(step):
+    samples, _ = fed(DT_US * np.arange(10))
+    for k in range(20_000):
+        samples.moment(DT_US * 10 + step * k, np.zeros(3))
+    assert len(samples._moments) <= 64
+
+
+def test_moments_do_not_pile_up_before_the_first_gyro_sample_nor_on_another_clock():
+    for shift in (-5_000_000, 100_000, 5_000_000):
+        samples = Samples(DT_US * 1e-6)
+        for k in range(2000):
+            if k > 200:
+                samples.gyro(10_000_000 + DT_US * k, np.zeros(3))
+            samples.moment(10_000_000 + DT_US * k + shift, np.zeros(3))
+        assert len(samples._moments) <= 64
+
+
+def test_the_moments_of_a_hole_in_the_gyro_are_there_when_it_ends():
+    samples, _ = fed(DT_US * np.arange(10))
+    for k in range(10, 15):
+        samples.moment(DT_US * k, np.full(3, float(k)))
+    assert samples.gyro(DT_US * 14, np.zeros(3)).arrival is Arrival.GAP
+    (inputs,) = samples.gyro(DT_US * 15, np.zeros(3)).finished
+    assert np.array_equal(inputs[1], np.full(3, 14.0))
+
+
+@pytest.mark.parametrize(("shift", "offset"), [(5_000_000, 5.0), (-5_000_000, -5.0), (100_000, 0.1), (-100_000, -0.1)])
+def test_two_clocks_are_recognized_named_and_forgotten_when_they_are_one(shift, offset):
+    samples = Samples(DT_US * 1e-6)
+    for k in range(400):
+        samples.gyro(10_000_000 + DT_US * k, np.zeros(3))
+        samples.moment(10_000_000 + DT_US * k + (shift if k < 300 else 0), np.zeros(3))
+        if k == 299:
+            assert samples.clocks.offset_s == pytest.approx(offset)
+            assert f"another clock than the gyro: {'+' if shift > 0 else '-'}" in samples.clocks.why
+    assert samples.clocks.why == ""
+
+
+@pytest.mark.parametrize("stopped", ["gyro", "moment"])
+def test_a_stream_that_stops_or_comes_in_bursts_is_not_another_clock(stopped):
+    samples = Samples(DT_US * 1e-6)
+    for k in range(2000):
+        if stopped != "gyro" or k < 100:
+            samples.gyro(DT_US * k, np.zeros(3))
+        if stopped != "moment" or k < 100:
+            samples.moment(DT_US * k, np.zeros(3))
+    for k in range(2000, 2400, 20):
+        for j in range(20):
+            samples.gyro(DT_US * (k + j), np.zeros(3))
+        for j in range(20):
+            samples.moment(DT_US * (k + j), np.zeros(3))
+    assert samples.clocks.why == ""

@@ -22,6 +22,7 @@ class Road:
     late_s: float = 0.0002
     drift: float = 0.0
     moments: bool = True
+    shift_us: int = 0
     moment_name: str = "ACTUATOR_CONTROL_TARGET"
     refuses: tuple = ()
     deaf: bool = False
@@ -55,7 +56,7 @@ class Road:
         moment = [0.1 * ((k * 3) % 4), 0, 0, 0.5, 0, 0, 0, self.age]
         self.at(now + self.late_s, mav.MAVLink_highres_imu_message(stamp, 0, 0, 0, *rates, *[0] * 7, 56))
         if self.moments and self.moment_name == "ACTUATOR_CONTROL_TARGET":
-            self.at(now + self.late_s, mav.MAVLink_actuator_control_target_message(stamp, 0, moment))
+            self.at(now + self.late_s, mav.MAVLink_actuator_control_target_message(stamp + self.shift_us, 0, moment))
         elif self.moments:
             self.at(now + self.late_s, mav.MAVLink_servo_output_raw_message(stamp, 0, *[1500] * 8))
 

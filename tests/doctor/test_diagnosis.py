@@ -76,6 +76,28 @@ def test_a_clock_that_runs_at_half_speed_is_not_fit():
     assert missing(Road(drift=-1.0).listen()[0], "clock")
 
 
+@pytest.mark.parametrize(("shift_us", "offset"), [(5_000_000, "+5.0 s"), (-5_000_000, "-5.0 s"), (100_000, "+0.100 s")])
+def test_moments_stamped_by_another_clock_than_the_gyro_are_named_and_not_fit(shift_us, offset):
+    diagnosis, _ = Road(shift_us=shift_us, design=small_design()).listen()
+    (finding,) = missing(diagnosis, "clock")
+    assert finding.text == f"moments are stamped by another clock than the gyro: {offset}"
+    assert not diagnosis.fit
+
+
+@pytest.mark.parametrize("shift_us", [-8000, 0, 8000])
+def test_moments_two_samples_beside_the_gyro_are_of_one_clock(shift_us):
+    diagnosis, _ = Road(shift_us=shift_us, design=small_design()).listen()
+    assert not missing(diagnosis, "clock")
+
+
+def test_a_doctor_that_listens_for_ever_keeps_a_bounded_record():
+    log = StreamLog("HIGHRES_IMU")
+    for k in range(70_000):
+        log.add(0.004 * k, 4000 * k, True)
+    assert len(log.wall) == len(log.stamps) <= 65_536
+    assert log.rate_by_stamp_hz == pytest.approx(250.0)
+
+
 def test_full_rate_a_third_of_a_second_late_is_not_fit():
     diagnosis, _ = Road(late_s=0.178, design=small_design()).listen()
     assert not missing(diagnosis, "gyro")
