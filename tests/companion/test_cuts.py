@@ -77,15 +77,6 @@ def test_a_vehicle_that_starts_anew_gets_nothing_of_the_old_correction():
     assert plane.takeup.wrong == []
 
 
-def test_a_vehicle_that_does_not_report_the_age_is_taken_to_hear_us():
-    plane = in_flight()
-    plane.companion.loop.round_trip.add(0.001)
-    for _ in range(600):
-        plane.deliver(plane.imu(), plane.target(age=float("nan")))
-        plane.sample, plane.now = plane.sample + 1, plane.now + DT
-    assert plane.companion.status().state is State.ACTIVE
-
-
 @pytest.mark.parametrize("pause", [0.09, 0.3, 0.49])
 def test_a_vehicle_that_waits_in_lockstep_does_not_age_and_goes_on_as_if_nothing_had_been(pause):
     plane, other = in_flight(), in_flight()
