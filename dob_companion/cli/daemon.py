@@ -19,11 +19,15 @@ from dob_companion.companion.witness import Witness
 from dob_companion.files import read_text
 from dob_companion.files.recorder import FlightRecorder
 from dob_companion.runtime import Notifier, open_link, parse_link_url, serve
+from dob_companion.supervisor.monitors import UNKNOWN_AGE
 from dob_companion.view.feed import Feed, LoopClock, live_view_fits
-from dob_companion.view.lines import Lines, event_line
+from dob_companion.view.lines import Lines, duration, event_line
 
 RATE_HZ = 250.0
 """The rate at which profile `sitl` delivers samples; a design for another one is refused."""
+
+STALE_S = 1.0
+"""A vehicle that was not heard for so long is said to be so."""
 
 
 def fly(
@@ -116,7 +120,10 @@ def load_flyable(path: Path) -> DobDesign:
 
 
 def _in_words(status: Status) -> str:
-    return f"{status.state.name}, {status.rate_hz:.1f} Hz, delay {status.delay_samples} samples"
+    if status.heard_s is not None and status.heard_s > STALE_S:
+        return f"{status.state.name}, vehicle last heard {duration(status.heard_s)} ago"
+    delay = f"delay {status.delay_samples} samples" if status.delay_samples < UNKNOWN_AGE else "delay unknown"
+    return f"{status.state.name}, {status.rate_hz:.1f} Hz, {delay}"
 
 
 def _summary(status: Status, left_out: int) -> str:

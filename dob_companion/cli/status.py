@@ -27,6 +27,7 @@ def run(args: argparse.Namespace) -> int:
     """Wait for one telemetry message and print it."""
     from dob_companion.ground import GroundStation
     from dob_companion.supervisor import State
+    from dob_companion.supervisor.monitors import UNKNOWN_AGE
 
     url = station_url(args.link)
 
@@ -42,7 +43,8 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps({"time": utc()} | asdict(seen) | {"state": State(seen.state).name}))
         return 0
     rows = (("roll", 0), ("pitch", 1), ("yaw", 2))
-    print(f"{State(seen.state).name}   {seen.rate_hz:.1f} Hz   delay {seen.delay_samples} samples")
+    delay = f"{seen.delay_samples} samples" if seen.delay_samples < UNKNOWN_AGE else "unknown"
+    print(f"{State(seen.state).name}   {seen.rate_hz:.1f} Hz   delay {delay}")
     print(f"{'axis':8}{'d_hat':>10}{'correction':>12}   normalized torque")
     print("\n".join(f"{name:8}{seen.d_hat[i]:>+10.4f}{seen.correction[i]:>+12.4f}" for name, i in rows))
     return 0

@@ -11,7 +11,6 @@ correction runs on the vehicle's stamps (`dob`), so the companion behaves the sa
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from dob_companion import __version__
 from dob_companion.artifact import DobDesign
@@ -21,6 +20,7 @@ from dob_companion.companion.dob import Answer, DobLoop
 from dob_companion.companion.neighbours import Neighbours
 from dob_companion.companion.operator import Operator
 from dob_companion.companion.parameters import Parameters
+from dob_companion.companion.status import Event, Status
 from dob_companion.companion.streams import WantedStreams
 from dob_companion.companion.waiting import Waiting
 from dob_companion.mavlink import (
@@ -45,7 +45,9 @@ from dob_companion.mavlink import (
     TimesyncRequest,
     sitl_streams,
 )
+from dob_companion.mavlink.facts import Axes3
 from dob_companion.supervisor import State, ages
+from dob_companion.supervisor.monitors import UNKNOWN_AGE
 
 SILENCE_S = 0.5
 """Wall time without a gyro message after which it is silence. Above the 0.2 s at which a waiting vehicle in lockstep
@@ -59,45 +61,9 @@ LONGEST_CLOSING_S = 0.5
 """A correction is faded for so long at most when the companion leaves; then it is zero."""
 
 HEARTBEAT_S = 1.0
+NO_CORRECTION: Axes3 = (0.0, 0.0, 0.0)
 TELEMETRY_EVERY = 5
 """Samples between two DEBUG_FLOAT_ARRAY: 50 Hz at 250 Hz."""
-
-
-@dataclass(frozen=True, slots=True)
-class Event:
-    """Something worth a line in the log."""
-
-    severity: Severity
-    text: str
-
-    @classmethod
-    def info(cls, text: str) -> "Event":
-        """An event that asks nothing of anybody."""
-        return cls(Severity.INFO, text)
-
-
-@dataclass(frozen=True, slots=True)
-class Status:
-    """A picture of the moment. `why` says what speaks against injecting, "" when nothing does.
-
-    Moments in normalized torque, hover axes; rate in Hz; delay, its median and 95th percentile, in samples; round trip
-    of TIMESYNC in s, None while none was measured.
-    """
-
-    state: State
-    why: str
-    rate_hz: float
-    delay_samples: int
-    delay_p95_samples: int
-    round_trip_s: float | None
-    d_hat: tuple[float, float, float]
-    correction: tuple[float, float, float]
-    stepped: int
-    bridged: int
-    gaps: int
-    late: int
-    bad: int
-    foreign: int
 
 
 class Companion:
@@ -128,7 +94,8 @@ class Companion:
         self._out: list[bytes] = []
         self._events: list[Event] = []
         self._next_heartbeat = now
-        self._heard_gyro = self._heard_beat = now
+        self._now = self._heard_gyro = self._heard_beat = now
+        self._sent = NO_CORRECTION
         self._zeros_since: float | None = None
         self._zeros_sent = 0
         self._close_by = float("inf")
@@ -141,12 +108,14 @@ class Companion:
 
     def receive(self, data: bytes, now: float) -> None:
         """Take bytes from the link. Garbage is counted, never raised."""
+        self._now = now
         self._follow_up()
         for fact in self._codec.facts(data):
             self._take(fact, now)
 
     def advance(self, now: float) -> None:
         """Do what is due: what an answer has left over, heartbeats, requests, and fading when samples have stopped."""
+        self._now = now
         self._follow_up()
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + HEARTBEAT_S
@@ -210,24 +179,30 @@ class Companion:
 
     def status(self) -> Status:
         """The moment, for whoever shows it."""
-        loop, counters = self.loop, self.loop.samples.counters
+        loop, counters, silent = self.loop, self.loop.samples.counters, self._silent
         round_trip = loop.round_trip.percentile(0.5)
         return Status(
             loop.state,
             loop.why,
-            loop.gate.rate.hz,
-            loop.gate.delay_median,
-            loop.gate.delay.percentile(0.95),
+            0.0 if silent else loop.gate.rate.hz,
+            UNKNOWN_AGE if silent else loop.gate.delay_median,
+            UNKNOWN_AGE if silent else loop.gate.delay.percentile(0.95),
             None if math.isnan(round_trip) else round_trip,
-            loop.d_hat,
-            loop.answer.correction if loop.answer else (0.0, 0.0, 0.0),
+            NO_CORRECTION if silent else loop.d_hat,
+            self._sent,
             counters.stepped,
             counters.bridged,
             counters.gaps,
             counters.late,
             self._codec.counters.bad,
             self._codec.counters.foreign,
+            None if self.vehicle is None else max(self._now - max(self._heard_beat, self._heard_gyro), 0.0),
         )
+
+    @property
+    def _silent(self) -> bool:
+        """No gyro sample has come for so long that nothing is known of the vehicle's motion."""
+        return self._now - self._heard_gyro >= SILENCE_S
 
     # Facts ----------------------------------------------------------------------------------------------------
 
@@ -276,6 +251,7 @@ class Companion:
         message = self._speaker.correction(answer.stamp_us, answer.correction)
         self._out.append(message)
         self._unsent.append((answer, message))
+        self._sent = answer.correction
         if not repeat:
             self._answered = sample.stamp_us
 
@@ -297,10 +273,14 @@ class Companion:
         self._untold += 1
         if self._untold >= TELEMETRY_EVERY:
             self._untold = 0
-            status = self.status()
-            values = (*status.d_hat, *status.correction, status.state, status.delay_samples, status.rate_hz)
-            self._out.append(self._speaker.telemetry(stamp_us, values))
+            self._tell(stamp_us)
         self._report()
+
+    def _tell(self, stamp_us: int) -> None:
+        """Telemetry."""
+        status = self.status()
+        values = (*status.d_hat, *status.correction, status.state, status.delay_samples, status.rate_hz)
+        self._out.append(self._speaker.telemetry(stamp_us, values))
 
     def _heartbeat(self, beat: Heartbeat, now: float) -> None:
         if not beat.autopilot:
@@ -368,8 +348,10 @@ class Companion:
         self._out.append(self._speaker.ask_time(asked_ns))
         self._out.append(self._speaker.computer_status(newest_us, self.load))
         self.loop.round_trip.forget(now)
-        for words in self._streams.judge(now, newest_us * 1e-6, silent=now - self._heard_gyro >= SILENCE_S):
+        for words in self._streams.judge(now, newest_us * 1e-6, silent=self._silent):
             self._say(Severity.WARNING, f"DOB: {words}"[:50])
+        if self._silent and newest_us:  # or a ground station would go on showing what was told last
+            self._tell(newest_us)
         self._say_what_is_waited_for(now)
 
     def _without_samples(self, now: float) -> None:
@@ -391,8 +373,9 @@ class Companion:
         if newest is not None:
             missed = int((now - self._heard_gyro) / self.loop.dt) + later
             stamp = newest + missed * round(1e6 * self.loop.dt)
-            self.loop.watch.echo.sent(stamp, (0.0, 0.0, 0.0))
-            self._out.append(self._speaker.correction(stamp, (0.0, 0.0, 0.0)))
+            self._sent = NO_CORRECTION
+            self.loop.watch.echo.sent(stamp, NO_CORRECTION)
+            self._out.append(self._speaker.correction(stamp, NO_CORRECTION))
 
     def _finish(self, now: float) -> None:
         if not self.closed:

@@ -11,6 +11,13 @@ def event_line(unix_s: float, severity: str, text: str) -> str:
     return f"{time.strftime('%H:%M:%S', time.localtime(unix_s))} {severity.lower():8} {text}"
 
 
+def duration(seconds: float) -> str:
+    """`15 s`, `4 min`, `2 h`: as exact as anybody wants to know for how long nothing was heard."""
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.0f} h"
+
+
 class Lines:
     """Writes whole lines, or leaves them out and says so later: whoever writes never waits, and nothing is raised."""
 

@@ -9,11 +9,11 @@ from typing import Any
 
 from dob_companion.view.drawing import axis_bars, headline, severity_style
 from dob_companion.view.inlet import batches, stand_back
-from dob_companion.view.lines import event_line
+from dob_companion.view.lines import duration, event_line
 
 DRAW_EVERY_S = 0.2
 STALE_S = 1.0
-"""Without a word for so long the view says that what it shows is old."""
+"""Without a word of loop or vehicle for so long the view says how long it has been."""
 
 UNKNOWN_DELAY = 255
 """The delay that stands for none known."""
@@ -63,10 +63,12 @@ class LiveView:
         now, limit = self._moment, self._moment["parameters"]["DOB_LIMIT"]
         half = max(4, min(_WIDEST_HALF, (self._console.width - _BESIDE_BARS) // 2))
         silent_s = time.monotonic() - self._heard
-        why = f"no news from the loop for {silent_s:.0f} s" if silent_s > STALE_S else self._why()
+        heard_s = now["heard_s"] or 0.0
+        why = f"no news from the loop for {silent_s:.0f} s" if silent_s > STALE_S else self._why(heard_s)
+        bad = max(silent_s, heard_s) > STALE_S
         rows = [
             Rule(f"dob-companion {self._daemon['version']}  design {self._daemon['design']}", style="dim"),
-            headline(now["state"], Text(why, style="bold red" if silent_s > STALE_S else "", overflow="ellipsis")),
+            headline(now["state"], Text(why, style="bold red" if bad else "", overflow="ellipsis")),
             Text(self._link_line()),
             Text(self._parameter_line()),
             axis_bars(
@@ -91,7 +93,9 @@ class LiveView:
                 row.no_wrap, row.overflow = True, "ellipsis"
         return Group(*rows)
 
-    def _why(self) -> str:
+    def _why(self, heard_s: float) -> str:
+        if heard_s > STALE_S:
+            return f"vehicle last heard {duration(heard_s)} ago"
         if self._moment["why"]:
             return str(self._moment["why"])
         return "" if self._moment["parameters"]["DOB_ENABLE"] else "ready, DOB_ENABLE is 0"

@@ -1,0 +1,48 @@
+"""What the companion shows of itself: a picture of the moment, and what has happened."""
+
+from dataclasses import dataclass
+
+from dob_companion.mavlink import Severity
+from dob_companion.mavlink.facts import Axes3
+from dob_companion.supervisor import State
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something worth a line in the log."""
+
+    severity: Severity
+    text: str
+
+    @classmethod
+    def info(cls, text: str) -> "Event":
+        """An event that asks nothing of anybody."""
+        return cls(Severity.INFO, text)
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """A picture of the moment. `why` says what speaks against injecting, "" when nothing does.
+
+    Moments in normalized torque, hover axes: the estimate, and the correction that was sent last; rate in Hz;
+    delay, its median and 95th percentile, in samples, 255 where it is not known; round trip of TIMESYNC in s, None
+    while none was measured; `heard_s` since the vehicle was last heard, None before it ever was. Without samples
+    for half a second rate and estimate are zero and the delay is not known: what was true of a vehicle that has
+    gone is true no more.
+    """
+
+    state: State
+    why: str
+    rate_hz: float
+    delay_samples: int
+    delay_p95_samples: int
+    round_trip_s: float | None
+    d_hat: Axes3
+    correction: Axes3
+    stepped: int
+    bridged: int
+    gaps: int
+    late: int
+    bad: int
+    foreign: int
+    heard_s: float | None
