@@ -44,6 +44,25 @@ def test_the_page_follows_a_flight_and_says_when_the_daemon_has_gone(design, tmp
         assert {asked for asked in browser.requests if not asked.startswith("data:")} == {url, f"{url}feed"}
 
 
+def test_the_page_shows_a_vehicle_that_has_gone_as_gone_and_draws_no_line_across_a_hole(design, tmp_path):
+    port, page = free_port(), free_tcp_port()
+    delay = '[...document.querySelectorAll("#health figure:nth-child(2) polyline")].length'
+    with Browser(tmp_path / "profile") as browser, daemon(design, port, "--status-page", str(page)) as process:
+        with UdpVehicle(port) as vehicle:
+            browser.open(f"http://127.0.0.1:{page}/")
+            vehicle.activate()
+            browser.wait_for('document.getElementById("state").textContent === "ACTIVE"')
+            browser.wait_for('/^vehicle last heard \\d+ s ago$/.test(document.getElementById("why").textContent)')
+            captions = browser.wait_for('[...document.querySelectorAll("figcaption")].map(c => c.textContent)')
+            assert captions[0] == "rolld_hat +0.0000correction +0.0000"
+            assert captions[3:5] == ["gyro rate 0.0 of 250 Hz", "delay, samples –"]
+            assert browser.wait_for(delay) == 1
+            vehicle.sample += 1000
+            vehicle.fly(100)
+            browser.wait_for(f"{delay} === 2")
+        process.terminate()
+
+
 def test_the_browser_refuses_whatever_the_page_does_not_bring_along(design, tmp_path):
     page = free_tcp_port()
     with Browser(tmp_path / "profile") as browser, daemon(design, free_port(), "--status-page", str(page)):

@@ -36,6 +36,18 @@ def test_the_view_shows_the_state_the_link_the_bars_and_the_events(design, colum
         assert "stopped:" in terminal.text.splitlines()[-1]
 
 
+def test_a_vehicle_that_has_gone_is_shown_as_gone(design):
+    port = free_port()
+    with shown(design, port) as (process, terminal):
+        terminal.wait_for("listening on udpin")
+        with UdpVehicle(port) as vehicle:
+            vehicle.activate()
+        terminal.wait_for(r"vehicle last heard \d+ s ago *\nvehicle 1  0.0 of 250 Hz  delay unknown, designed for 1\n")
+        terminal.wait_for(r"roll +│ +d_hat \+0.0000  correction \+0.0000")
+        process.terminate()
+        assert process.wait(10) == 0
+
+
 def test_a_terminal_that_stands_still_does_not_keep_the_loop_from_answering(design):
     port = free_port()
     with shown(design, port) as (process, terminal):
