@@ -118,14 +118,20 @@ class UdpVehicle:
         self.said += heard
         return heard
 
-    def fly(self, count, rates=(0.2, 0.0, 0.0)):
-        """`count` samples, each answered before the next; returns the corrections."""
+    @property
+    def stamp(self):
+        """Of the next sample."""
+        return 1_000_000 + 4000 * self.sample
+
+    def fly(self, count, rates=(0.2, 0.0, 0.0), wait=True):
+        """`count` samples, each answered before the next unless told not to wait; returns the corrections."""
         answers = []
         for _ in range(count):
-            stamp = 1_000_000 + 4000 * self.sample
+            stamp = self.stamp
             self.send(mav.MAVLink_highres_imu_message(stamp, 0, 0, 0, *rates, 0, 0, 0, 0, 0, 0, 0, 56))
             self.send(mav.MAVLink_actuator_control_target_message(stamp, 0, [0, 0, 0, 0.5, 0, 0, 0, 1]))
-            answers.append(self.wait(lambda m, t=stamp: m.get_type() == "DEBUG_VECT" and m.time_usec == t))
+            if wait:
+                answers.append(self.wait(lambda m, t=stamp: m.get_type() == "DEBUG_VECT" and m.time_usec == t))
             self.sample += 1
         return answers
 

@@ -2,12 +2,15 @@
 
 import json
 import signal
+import time
 from datetime import UTC, datetime, timedelta
+from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
 from dob_companion.artifact import dumps, sha256_of
-from tests.cli.processes import UdpVehicle, daemon, free_port, one_line, run_cli
+from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, free_port, one_line, run_cli
 from tests.companion.aircraft import small_design
 
 
@@ -37,6 +40,34 @@ def test_a_signal_in_flight_fades_ends_with_zero_and_the_right_exit_code(design,
         last = vehicle.last_correction(process)
         assert (last.x, last.y, last.z) == (0.0, 0.0, 0.0)
         assert process.returncode == code
+
+
+def test_a_daemon_that_stood_still_answers_nothing_old_but_by_zero_and_ramps_in_again(design):
+    port = free_port()
+    with daemon(design, port) as process, UdpVehicle(port) as vehicle:
+        vehicle.activate()
+        process.send_signal(signal.SIGSTOP)
+        stopped(process, vehicle)
+        before, backlog = len(vehicle.said), {vehicle.stamp + 4000 * k for k in range(100)}
+        vehicle.fly(100, wait=False)
+        process.send_signal(signal.SIGCONT)
+        vehicle.beat()
+        vehicle.fly(1)
+        old = [m for m in vehicle.said[before:] if m.get_type() == "DEBUG_VECT" and m.time_usec in backlog]
+        assert {(m.x, m.y, m.z) for m in old} == {(0.0, 0.0, 0.0)}
+        sizes = [abs(m.x) for m in vehicle.fly(600)]
+        assert sizes[0] == 0.0
+        assert max(after - before for before, after in pairwise(sizes)) <= 0.2 * 0.004 / 0.5 + 1e-6
+        assert sizes[-1] == pytest.approx(0.2, abs=1e-3)
+
+
+def stopped(process, vehicle):
+    """Wait until the process stands still; what it said before is heard."""
+    deadline = time.monotonic() + PATIENCE_S
+    while Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()[0] != "T":
+        assert time.monotonic() < deadline
+    while vehicle.hear(0.05):
+        pass
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
