@@ -54,3 +54,24 @@ def test_one_wrong_byte_closes_the_short_way(spoil):
     assert read_frame(bytes(data), known)
     data[spoil] ^= 0x10
     assert read_frame(bytes(data), known) is None
+
+
+@pytest.mark.parametrize("number", [0, 30, 105, 140])
+@pytest.mark.parametrize("signed", [False, True])
+def test_only_a_plain_frame_of_another_message_is_known_to_bring_no_gyro_sample(number, signed):
+    frame = bytes([0xFD, 1, int(signed), 0, 0, 1, 1, number, 0, 0, 0, 0, 0]) + bytes(13 * signed)
+    assert Codec(1).may_bring_sample(frame) == (number == 105)
+    assert Codec(1).may_bring_sample(frame + frame)
+    assert Codec(1).may_bring_sample(frame[:-1])
+    assert Codec(1).may_bring_sample(b"")
+    assert Codec(1, datagrams=False).may_bring_sample(frame)
+
+
+def test_a_stream_whose_pieces_never_end_with_a_message_does_not_fill_the_memory():
+    message = bytes(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3).pack(mav.MAVLink(None, 1, 1)))
+    codec, heard = Codec(1, datagrams=False), 0
+    stream = message * 5000
+    for at in range(10, len(stream), len(message)):
+        heard += len(list(codec.facts(stream[max(0, at - len(message)) : at])))
+    assert heard > 4000
+    assert len(codec._parser.buf) < 10_000

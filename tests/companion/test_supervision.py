@@ -6,7 +6,7 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.companion import Companion, CompanionConfig, parse_config
 from dob_companion.supervisor import State
-from tests.companion.aircraft import Aircraft, aircraft, corrections, small_design, texts
+from tests.companion.aircraft import DT, Aircraft, aircraft, corrections, small_design, texts
 
 
 def enabled(plane, samples=900):
@@ -244,3 +244,26 @@ def test_the_round_trip_is_measured_and_stands_in_for_an_age_that_the_vehicle_do
     fly(1500, 0.03)
     assert plane.companion.status().delay_samples == 9
     assert plane.companion.status().state is not State.ACTIVE
+
+
+@pytest.mark.parametrize(("shift", "words"), [(5_000_000, "+5.0 s"), (-5_000_000, "-5.0 s"), (100_000, "+0.100 s")])
+def test_moments_stamped_by_another_clock_are_named_never_injected_with_and_forgotten_on_one_clock(shift, words):
+    plane = aircraft()
+
+    def fly(samples, shift):
+        for _ in range(samples):
+            if plane.sample % 250 == 0:
+                plane.heartbeat()
+            plane.deliver(plane.imu(), plane.target(stamp=plane.stamp + shift))
+            plane.sample, plane.now = plane.sample + 1, plane.now + DT
+
+    plane.heartbeat()
+    plane.write("DOB_ENABLE", 1.0)
+    fly(1500, shift)
+    assert plane.companion.status().why == f"moments are stamped by another clock than the gyro: {words}"
+    assert f"DOB: gyro and moments on two clocks: {words}" in texts(plane.said)
+    assert not any(c.x or c.y or c.z for c in corrections(plane.said))
+    assert len(plane.companion.loop.samples._moments) <= 64
+    fly(1500, 0)
+    assert "DOB: gyro and moments on one clock" in texts(plane.said)
+    assert plane.companion.status().state is State.ACTIVE

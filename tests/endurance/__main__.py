@@ -46,6 +46,8 @@ def main(minutes=60.0, seed=1):
     say(f"| messages sent, of them lost, corrupted | {campaign.sent}, {campaign.lost}, {campaign.corrupted} |")
     say(f"| corrections fresh, faded, zero | {oracle.fresh}, {oracle.faded}, {oracle.zero} |")
     say(f"| **corrections computed from bad data** | **{len(oracle.wrong)}** |")
+    say(f"| times that the vehicle faded a correction by itself | {campaign.takeup.timeouts} |")
+    say(f"| **corrections taken up after that, before a ramp-in from zero** | **{len(campaign.takeup.wrong)}** |")
     say(
         f"| samples bridged, gaps, late messages, malformed, foreign | {status.bridged}, {status.gaps}, {status.late}, "
         f"{status.bad}, {status.foreign} |"

@@ -1,7 +1,8 @@
 """A flight in simulated time through a link that goes wrong in every way we know, one kind after the other.
 
-1 % of all messages are lost throughout. Every few seconds a fault of the next kind begins; it ends, and the time until
-the correction is fully in again is its recovery time.
+1 % of all messages are lost throughout, either way. Every few seconds a fault of the next kind begins; it ends, and the
+time until the correction is fully in again is its recovery time. The vehicle takes corrections up, holds and
+fades them as docs/interfaces.md says, and reports what acts (`tests/companion/takeup.py`, which judges it too).
 """
 
 import heapq
@@ -13,7 +14,8 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.supervisor import State
 from tests.companion.aircraft import DT, T0, aircraft
-from tests.endurance.oracle import Oracle
+from tests.companion.takeup import TakeUp
+from tests.endurance.oracle import LIMIT, Oracle
 
 LOSS = 0.01
 KINDS = {
@@ -25,6 +27,10 @@ KINDS = {
     "vehicle clock jumps ahead": 0.0,
     "link cut": 1.0,
     "link cut, short": 0.02,
+    "vehicle to companion cut": 0.15,
+    "companion to vehicle cut": 1.0,
+    "companion to vehicle cut, short": 0.07,
+    "companion stands still": 0.4,
     "parameter flood": 0.5,
     "hostile second system": 1.0,
     "gyro not finite": 0.004,
@@ -46,12 +52,14 @@ class Campaign:
         self.plane = aircraft()
         self.companion = self.plane.companion
         self.oracle = Oracle()
+        self.takeup = TakeUp(largest=LIMIT)
         self.recoveries = defaultdict(list)
         self.unrecovered = []
         self.corrupted = self.lost = self.sent = self.samples = 0
         self._hostile = mav.MAVLink(None, srcSystem=9, srcComponent=1)
         self._on_the_way, self._order = [], 0
         self._now, self._stamp, self._fault = 0.0, T0, ""
+        self._sample_began = 0.0
         self._phase = self.rng.uniform(0, 6, 3)
 
     def fly(self, seconds):
@@ -81,11 +89,14 @@ class Campaign:
         match kind:
             case "vehicle clock jumps back":
                 self._stamp -= int(self.rng.uniform(1.5e6, 5e6))
+                self.takeup.restart()
             case "vehicle clock jumps ahead":
                 self._stamp += int(self.rng.uniform(2e4, 2e6))
         self._fault = kind
         self._seconds(lasts)
         self._fault = ""
+        if kind == "companion stands still":
+            self._wake()
         if kind in ("gyro not finite", "moment not finite", "switched off and on"):
             self._operator(0.0)
             self._seconds(0.1)
@@ -125,9 +136,11 @@ class Campaign:
             moment = (float("inf"), moment[1], moment[2])
         if self.samples % 250 == 0:
             self._deliver(bytes(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3).pack(self.plane.out)))
-        stamp = self._stamp
+        stamp, self._sample_began = self._stamp, self._now
+        acts, age = self.takeup.at(stamp)
+        self.plane.contained = acts
         self._send(self.plane.imu(stamp, rates), lambda: self.oracle.gyro(stamp, rates), 0.0)
-        self._send(self.plane.target(stamp, moment), lambda: self._moment(stamp, moment), 2e-4)
+        self._send(self.plane.target(stamp, moment, age), lambda: self._moment(stamp, moment), 2e-4)
         self._strangers()
         self.samples += 1
         self._stamp += 4000
@@ -142,7 +155,7 @@ class Campaign:
     def _send(self, message, told, after):
         data = bytes(message.pack(self.plane.out))
         self.sent += 1
-        if "cut" in self._fault or self.rng.random() < LOSS:
+        if self._cut("vehicle to companion") or self.rng.random() < LOSS:
             self.lost += 1
             return
         at = self._now + after
@@ -154,6 +167,10 @@ class Campaign:
             data, told = self._corrupt(data), lambda: None
         self._order += 1
         heapq.heappush(self._on_the_way, (at, self._order, data, told))
+
+    def _cut(self, way):
+        """Whether the link is cut this way."""
+        return self._fault.startswith(("link cut", f"{way} cut"))
 
     def _corrupt(self, data):
         """A burst of up to 16 wrong bits within what the checksum covers, which CRC-16 always finds; longer damage
@@ -184,6 +201,8 @@ class Campaign:
     def _arrive(self, until):
         """What arrives, and what falls due, until then."""
         while True:
+            if self._fault == "companion stands still":
+                break
             next_in = self._on_the_way[0][0] if self._on_the_way else float("inf")
             due = self.companion.next_deadline()
             if min(next_in, due) > until:
@@ -197,15 +216,28 @@ class Campaign:
                 self._deliver(b"")
         self._now = until
 
+    def _wake(self):
+        """The companion goes on, and finds all that came meanwhile before it can answer any of it."""
+        while self._on_the_way and self._on_the_way[0][0] <= self._now:
+            _, _, data, told = heapq.heappop(self._on_the_way)
+            told()
+            self.companion.receive(data, self._now)
+        self._deliver(b"")
+
     def _deliver(self, data):
         if data:
             self.companion.receive(data, self._now)
+        if self._fault == "companion stands still":
+            return
         self.companion.advance(self._now)
         self.companion.events()
         for said in self.companion.bytes_to_send():
             if said[7:10] == b"\xfa\0\0":  # DEBUG_VECT
                 stamp, *c = struct.unpack_from("<Qfff", said, 10)
                 self.oracle.correction(stamp, tuple(c))
+                if not self._cut("companion to vehicle") and self.rng.random() >= LOSS:
+                    vehicle_us = self._stamp - 4000 + round(1e6 * (self._now - self._sample_began))
+                    self.takeup.takes(stamp, tuple(c), vehicle_us)
 
 
 def _single(values):

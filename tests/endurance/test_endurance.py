@@ -1,7 +1,9 @@
 """A flight under every fault we know: nothing is ever computed from bad data, and it always comes back."""
 
+import numpy as np
 import pytest
 
+from tests.companion.takeup import TakeUp
 from tests.endurance.campaign import KINDS, Campaign
 from tests.endurance.oracle import Oracle
 from tests.endurance.processes import full_disk, killed
@@ -12,6 +14,8 @@ SLOWEST_RECOVERY_S = 6.0
 
 def judged(campaign):
     assert campaign.oracle.wrong == []
+    assert campaign.takeup.wrong == []
+    assert campaign.takeup.timeouts > 3
     assert campaign.unrecovered == []
     assert campaign.oracle.fresh > 0.3 * campaign.samples
     assert max(map(max, campaign.recoveries.values())) < SLOWEST_RECOVERY_S
@@ -60,6 +64,26 @@ def test_the_oracle_finds_a_correction_that_is_off_or_steps(before, after):
     oracle.gyro(stamp + 4000, (0.1, 0.0, 0.0))
     oracle.correction(stamp + 4000, after)
     assert len(oracle.wrong) == 1
+
+
+@pytest.mark.parametrize(
+    ("silence_ms", "values", "wrong"),
+    [
+        (150, [-0.2], 1),  # held and fading, and back up
+        (300, [-0.2], 1),  # from zero to full
+        (300, [0.0, -0.2], 1),  # no ramp in between
+        (300, [0.0, *np.linspace(0, -0.3, 126)], 0),
+        (90, [-0.2], 0),  # no time-out: held throughout
+    ],
+)
+def test_the_judge_of_what_acts_finds_a_correction_that_comes_back_without_a_ramp_in(silence_ms, values, wrong):
+    vehicle, now = TakeUp(largest=0.3), 1_000_000
+    vehicle.takes(now, (-0.2, 0.0, 0.0), now)
+    now += 1000 * silence_ms
+    for value in values:
+        vehicle.takes(now, (float(value), 0.0, 0.0), now)
+        now += 4000
+    assert len(vehicle.wrong) == wrong
 
 
 def test_killed_in_flight_it_answers_again_and_no_answer_is_missing_in_the_record():
