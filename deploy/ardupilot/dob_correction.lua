@@ -120,6 +120,7 @@ local state = setmetatable({
   gate = 0,                          -- share of it that is let in
   clean = true,                      -- the mixer holds the neutral factors
   answered_us = 0,                   -- since the last answer
+  told_lo = nil, told_hi = nil,      -- its stamp
   said = "", said_us = SAY_US,
 }, {__gc = function() pcall(release_motors) end})
 
@@ -318,7 +319,14 @@ end
 local function answer(throttle, roll, pitch, yaw, c_roll, c_pitch, c_yaw)
   read_clock()
   local age = state.silence_us <= HOLD_US + FADE_OUT_US and since(state.stamp_lo, state.stamp_hi)
-  local payload = string.pack("<i4i4ffffffffB", wrap(state.now_lo), state.now_hi, clip(roll + c_roll, 1),
+  local lo, hi = wrap(state.now_lo), state.now_hi
+  if state.told_lo and wrap(lo - state.told_lo) <= 0 then   -- the clock stands in a simulator; the newer answer counts
+    lo = wrap(state.told_lo + 1)
+    hi = state.told_hi + (lo == 0 and 1 or 0)
+    age = age and age + wrap(lo - state.now_lo)
+  end
+  state.told_lo, state.told_hi = lo, hi
+  local payload = string.pack("<i4i4ffffffffB", lo, hi, clip(roll + c_roll, 1),
     clip(pitch + c_pitch, 1), clip(yaw + c_yaw, 1), throttle, c_roll, c_pitch, c_yaw,
     age and age * 1e-6 * state.rate or -1, 0)
   mavlink:send_chan(state.channel, ACTUATOR_CONTROL_TARGET, payload)
@@ -334,6 +342,11 @@ end
 
 local function airframe()
   return math.floor(FRAME:get()), math.floor(value(state.vtol and "Q_FRAME_TYPE" or "FRAME_TYPE") or -1)
+end
+
+-- A factor of 0.5 at most. One that is only the rounding of a cosine is 0: it must not claim room on a motor.
+local function share_of(factor, largest)
+  return math.abs(factor) < 1e-6 and 0 or 0.5 * factor / largest
 end
 
 local function build_mixer()
@@ -357,7 +370,7 @@ local function build_mixer()
     Motors_dynamic:add_motor(i - 1, m[3])
   end
   for i, m in ipairs(motor) do
-    m.roll, m.pitch = 0.5 * m.roll / largest_roll, 0.5 * m.pitch / largest_pitch
+    m.roll, m.pitch = share_of(m.roll, largest_roll), share_of(m.pitch, largest_pitch)
     factors:roll(i - 1, m.roll)
     factors:pitch(i - 1, m.pitch)
     factors:yaw(i - 1, m.yaw)

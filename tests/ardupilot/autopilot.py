@@ -89,7 +89,7 @@ class Autopilot:
 
     def run(self, seconds: float, step_us: int = 4000) -> None:
         """Let the vehicle's time pass, the script called every `step_us`."""
-        for _ in range(max(1, round(seconds * 1e6 / step_us))):
+        for _ in range(max(1, round(seconds * 1e6 / step_us)) if step_us else 1):
             self.now_us += step_us
             self._update, self._period_ms = self._update()
 

@@ -17,13 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from pymavlink import DFReader
 
 from tests.ardupilot.simulator import Ground, companion, copter, in_namespace
 
 AXES = ("roll", "pitch", "yaw")
-UNIT = {"roll": 316.0, "pitch": 307.5, "yaw": 14.0}
-"""Angular acceleration of a unit of normalized torque, rad/s²: examples/ardupilot_copter.toml."""
-
 ACTIVE = 4
 UPDATE_S = 0.04
 SKIPPED_S = 2.0
@@ -46,7 +44,7 @@ PROGRAMS = {
     "sine-pitch": Program(("pitch",), 6.0, "sine"),
     "noise-roll": Program(("roll",), 6.0, "noise", 30.0),
     "noise-pitch": Program(("pitch",), 6.0, "noise", 30.0),
-    "noise-yaw": Program(("yaw",), 1.5, "noise", 30.0),
+    "noise-yaw": Program(("yaw",), 1.0, "noise", 30.0),
     "step-roll": Program(("roll",), 6.0, "step", 10.0),
     "step-pitch": Program(("pitch",), 6.0, "step", 10.0),
     "step-yaw": Program(("yaw",), 1.0, "step", 10.0),
@@ -92,6 +90,8 @@ def window(ground: Ground, program: Program) -> dict[str, dict[str, float]]:
             "rms": float(np.sqrt(np.mean(angle**2))),
             "peak": float(np.max(np.abs(angle))),
             "estimate": float(telemetry[:, 1 + i].mean()),
+            "from_s": ground.attitudes[counted][0],
+            "to_s": ground.attitudes[-1][0],
         }
     return found
 
@@ -120,13 +120,26 @@ def fly(ground: Ground, names: list[str]) -> list[dict]:
                 "peak_on": on[axis]["peak"],
                 "estimate_off": off[axis]["estimate"],
                 "estimate_on": on[axis]["estimate"],
-                "true": program.amplitude / UNIT[axis] if program.shape == "step" else None,
+                "off_s": [off[axis]["from_s"], off[axis]["to_s"]],
                 "said": said,
             }
             for axis in program.axes
         ]
         print(line(rows[-len(program.axes)]), flush=True)
     return rows
+
+
+def add_truth(rows: list[dict], log: Path) -> None:
+    """The moment that the rate controller has held against the disturbance while off, from ArduPilot's own log."""
+    reader = DFReader.DFReader_binary(str(log))
+    held = []
+    while (message := reader.recv_match(type="RATE")) is not None:
+        held.append((message.TimeUS * 1e-6, message.ROut, message.POut, message.YOut))
+    table = np.array(held)
+    for row in rows:
+        begin, end = row["off_s"]
+        inside = (table[:, 0] >= begin) & (table[:, 0] <= end)
+        row["true"] = float(-table[inside, 1 + AXES.index(row["axis"])].mean())
 
 
 def line(row: dict) -> str:
@@ -162,6 +175,7 @@ def main() -> None:
         finally:
             (directory / "texts.json").write_text(json.dumps(ground.texts, indent=1))
             ground.close()
+    add_truth(rows, directory / "logs" / "00000001.BIN")
     (directory / "result.json").write_text(json.dumps(rows, indent=1) + "\n")
 
 

@@ -40,6 +40,7 @@ def in_namespace(*arguments: object) -> list[str]:
 @contextlib.contextmanager
 def copter(program: Path, directory: Path, parameters: Path = HERE / "copter.parm", **more: float) -> Iterator[None]:
     """ArduCopter in `directory`, its log there as simulator.log. `more` are further parameters."""
+    shutil.rmtree(directory / "logs", ignore_errors=True)
     (directory / "scripts").mkdir(parents=True, exist_ok=True)
     shutil.copy(SCRIPT, directory / "scripts")
     settings = directory / "flight.parm"

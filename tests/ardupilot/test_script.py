@@ -140,6 +140,20 @@ def test_stamp_and_age_lead_back_to_the_sample_that_was_answered():
     assert answer.stamp_us - round(answer.age * 4000) == stamp_us
 
 
+def test_two_answers_never_have_one_stamp():
+    autopilot = ready()
+    for _ in range(3):
+        stamp_us = autopilot.hear(0.01, age_us=4000)
+        autopilot.run(0.004)
+        first = autopilot.answers[-1]
+        newer_us = autopilot.hear(0.02, stamp_us=stamp_us + 500)
+        autopilot.run(0.0, step_us=0)
+        second = autopilot.answers[-1]
+        assert second.stamp_us == first.stamp_us + 1
+        assert second.stamp_us - round(second.age * 4000) == newer_us
+        assert second.correction[0] == pytest.approx(0.02)
+
+
 def test_age_is_counted_in_samples_of_the_rate_that_is_set():
     autopilot = ready(parameters={"DOBC_RATE": 125})
     autopilot.converse(0.1, 0.0)
@@ -325,6 +339,14 @@ def test_no_motor_is_driven_beyond_its_range_and_the_answer_is_what_acts(throttl
     assert close(answer.correction, autopilot.added())
     assert close(answer.moment, autopilot.acting())
     assert answer.correction[0] / 0.15 == pytest.approx(answer.correction[2] / 0.3)  # in the direction that was asked
+
+
+@pytest.mark.parametrize("pitch", [0.8, -0.8])
+def test_a_motor_that_takes_no_part_in_an_axis_does_not_take_its_correction(pitch):
+    autopilot = ready(parameters={"FRAME_TYPE": 0})  # plus: roll and pitch have two motors each
+    autopilot.moment, autopilot.throttle = (0.0, pitch, 0.0), 0.4
+    autopilot.converse(0.1, 0.05)
+    assert close(autopilot.answers[-1].correction, (0.05, 0.0, 0.0))
 
 
 def test_a_saturated_controller_is_told_as_the_mixer_leaves_it():
