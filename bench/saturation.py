@@ -30,8 +30,8 @@ RATES_HZ = (250, 500, 1000, 2000, 4000, 8000)
 SECONDS, WARM_UP_S = 5.0, 2.0
 LAST_ANSWERS_S = 0.5
 AT_ANY_RATE = (
-    "import sys; from dob_companion.cli import daemon, main; daemon.RATE_HZ = float(sys.argv.pop(1)); "
-    "sys.exit(main.main())"
+    "import sys; from dob_companion.cli import main; from dob_companion.mavlink import profiles; "
+    "rate_hz = float(sys.argv.pop(1)); profiles.rate_hz = lambda asked: rate_hz; sys.exit(main.main())"
 )
 
 

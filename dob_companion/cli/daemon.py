@@ -18,13 +18,11 @@ from dob_companion.companion import Companion, CompanionConfig, Event, Status, p
 from dob_companion.companion.witness import Witness
 from dob_companion.files import read_text
 from dob_companion.files.recorder import FlightRecorder
+from dob_companion.mavlink import profiles
 from dob_companion.runtime import Notifier, open_link, parse_link_url, serve
 from dob_companion.supervisor.monitors import UNKNOWN_AGE
 from dob_companion.view.feed import Feed, LoopClock, live_view_fits
 from dob_companion.view.lines import Lines, duration, event_line
-
-RATE_HZ = 250.0
-"""The rate at which profile `sitl` delivers samples; a design for another one is refused."""
 
 STALE_S = 1.0
 """A vehicle that was not heard for so long is said to be so."""
@@ -34,6 +32,7 @@ def fly(
     design_path: Path,
     link_url: str,
     *,
+    profile: str | None,
     config: Path | None,
     state: Path | None,
     record: Mapping[str, Any],
@@ -43,10 +42,10 @@ def fly(
 ) -> int:
     """Check the design, open the link, serve until told to stop. Returns the exit code.
 
-    `state` and `record`, keys of `Recording`, go before what the configuration says.
+    `profile`, `state` and `record`, keys of `Recording`, go before what the configuration says.
     """
-    design = load_flyable(design_path)
-    settings, text = configured(config, state)
+    settings, text = configured(config, state, profile)
+    design = load_flyable(design_path, settings.profile)
     settings = replace(settings, record=replace(settings.record, **record))
     url = parse_link_url(link_url)
     signal.signal(signal.SIGTTOU, signal.SIG_IGN)  # `stty tostop`: writing in the background must not stop us
@@ -85,11 +84,12 @@ def fly(
                     datagrams=url.datagrams,
                     mb=settings.record.mb,
                     segments=settings.record.segments,
+                    profile=settings.profile,
                 )
                 leaving.callback(recorder.close)
                 show(Event.info(f"recording flight {recorder.flight} to {settings.record.dir}"))
             clock = LoopClock(recorder, design.dt)
-            waiting = Waiting(url, settings.system, show, time.monotonic())
+            waiting = Waiting(url, settings.system, show, time.monotonic(), makes=companion.profile.makes)
             leaving.callback(notifier.stopping)
             code = serve(
                 companion,
@@ -105,17 +105,19 @@ def fly(
         return code
 
 
-def configured(config: Path | None, state: Path | None) -> tuple[CompanionConfig, str]:
-    """The configuration, `--state` before what it says, and its text. Raises InputError, one line."""
+def configured(config: Path | None, state: Path | None, profile: str | None) -> tuple[CompanionConfig, str]:
+    """The configuration, `--state` and `--profile` before what it says, and its text. Raises InputError, one line."""
     text = read_text(config) if config else ""
     settings = parse_config(text, str(config))
-    return (settings if state is None else replace(settings, state_directory=str(state))), text
+    if state is not None:
+        settings = replace(settings, state_directory=str(state))
+    return (settings if profile is None else replace(settings, profile=profile)), text
 
 
-def load_flyable(path: Path) -> DobDesign:
+def load_flyable(path: Path, profile: str) -> DobDesign:
     """Read a design and refuse it, with DesignFileError, unless it may be flown."""
     design = loads(read_text(path), str(path))
-    check_flyable(design, RATE_HZ, str(path))
+    check_flyable(design, profiles.rate_hz(profile), str(path))
     return design
 
 

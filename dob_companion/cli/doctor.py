@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dob_companion.cli.run import DEFAULT_LINK
+from dob_companion.cli.run import DEFAULT_LINK, add_profile
 
 if TYPE_CHECKING:
     from dob_companion.companion import Event
@@ -30,6 +30,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("--link", default=DEFAULT_LINK, metavar="URL", help="link to the autopilot (%(default)s)")
     parser.add_argument("--design", type=Path, metavar="FILE", help="judge for this design; adds the sign check")
+    add_profile(parser)
     parser.add_argument("--config", type=Path, metavar="FILE", help="that of `run`: signs and checks with its key")
     parser.add_argument("--state", type=Path, metavar="DIR", help="that of `run`: where signing timestamps are kept")
     parser.add_argument("--seconds", type=_seconds, default=5.0, metavar="S", help="time to measure (%(default)g)")
@@ -51,16 +52,17 @@ def run(args: argparse.Namespace) -> int:
 
     from dob_companion.cli.daemon import configured, load_flyable
     from dob_companion.cli.signing import open_signing
-    from dob_companion.companion.diagnosis import DESIGN_RATE_HZ, diagnose
+    from dob_companion.companion.diagnosis import diagnose
     from dob_companion.companion.listening import Listening, Stage
+    from dob_companion.mavlink import profiles
     from dob_companion.runtime import open_link, parse_link_url
     from dob_companion.runtime.listen import listen
     from dob_companion.runtime.signed import SigningLink
 
-    design = load_flyable(args.design) if args.design else None
-    settings, _ = configured(args.config, args.state)
+    settings, _ = configured(args.config, args.state, args.profile)
+    design = load_flyable(args.design, settings.profile) if args.design else None
     url = parse_link_url(args.link)
-    dt = design.dt if design else 1.0 / DESIGN_RATE_HZ
+    dt = design.dt if design else 1.0 / profiles.rate_hz(settings.profile)
 
     def tell(stage: Stage) -> None:
         if sys.stderr.isatty() and stage is not Stage.DONE:
@@ -81,7 +83,9 @@ def run(args: argparse.Namespace) -> int:
             gate = signing.gate
             link = SigningLink(link, gate)
         now = time.monotonic()
-        listening = Listening(dt, args.seconds, design, now=now, datagrams=url.datagrams, gate=gate)
+        listening = Listening(
+            dt, args.seconds, design, now=now, datagrams=url.datagrams, gate=gate, profile=settings.profile
+        )
         listen(listening, link, tell, say)
     diagnosis = diagnose(listening, design)
     if args.json:

@@ -8,8 +8,8 @@ DEFAULT_LINK = "udpin:127.0.0.1:14540"
 DEFAULT_PORT = 8191
 """Of the status page: the companion's component id, above 8000 as pages are."""
 
-PROFILES = ("sitl",)
-"""Where gyro rates, applied moment and its age come from: `sitl` reads HIGHRES_IMU and ACTUATOR_CONTROL_TARGET."""
+PROFILES = ("auto", "sitl", "ardupilot", "px4")
+"""The names of `mavlink.profiles`, which would take too long to import for a `--help`; a test compares them."""
 
 
 def add_parser(commands: Any) -> None:
@@ -22,7 +22,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("--design", type=Path, required=True, metavar="FILE", help="design.json to fly")
     parser.add_argument("--link", default=DEFAULT_LINK, metavar="URL", help="link to the autopilot (%(default)s)")
-    parser.add_argument("--profile", choices=PROFILES, default=PROFILES[0], help="where the inputs come from")
+    add_profile(parser)
     parser.add_argument("--config", type=Path, metavar="FILE", help="TOML configuration")
     parser.add_argument("--state", type=Path, metavar="DIR", help="keep parameters written by the operator here")
     parser.add_argument("--record", metavar="DIR", help="record the flight here, trace and .tlog")
@@ -49,12 +49,20 @@ def run(args: argparse.Namespace) -> int:
     return fly(
         args.design,
         args.link,
+        profile=args.profile,
         config=args.config,
         state=args.state,
         record={key: value for key, value in record.items() if value is not None},
         timeout_s=args.timeout,
         page_port=args.status_page,
         as_json=args.json,
+    )
+
+
+def add_profile(parser: argparse.ArgumentParser) -> None:
+    """Add `--profile`."""
+    parser.add_argument(
+        "--profile", choices=PROFILES, help="what is known of the vehicle (auto: by the make of its autopilot)"
     )
 
 

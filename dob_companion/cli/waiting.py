@@ -12,9 +12,18 @@ FIRST_S, LONGEST_S = 5.0, 600.0
 class Waiting:
     """Says how long nobody has been heard, what has come in instead, and what to look for."""
 
-    def __init__(self, url: LinkUrl, system: int | None, show: Callable[[Event], None], now: float) -> None:
+    def __init__(
+        self,
+        url: LinkUrl,
+        system: int | None,
+        show: Callable[[Event], None],
+        now: float,
+        *,
+        makes: tuple[str, ...] = (),
+    ) -> None:
         self._url = url
-        self._wanted = "an autopilot's heartbeat" + (f" from system {system}" if system is not None else "")
+        whose = f"{' or '.join(makes)}'s" if makes else "an autopilot's"
+        self._wanted = f"{whose} heartbeat" + (f" from system {system}" if system is not None else "")
         self._show = show
         self._since, self._next = now, now + FIRST_S
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from dob_companion.companion.parameters import PARAMETERS, fits
 from dob_companion.errors import ConfigError, unknown_key
-from dob_companion.mavlink import CORRECTION_MESSAGES
+from dob_companion.mavlink import CORRECTION_MESSAGES, profiles
 from dob_companion.supervisor import RegimeLimits
 
 REGIME_RANGES = {"throttle_floor": (0.0, 1.0, False), "kill_channel": (0, 18, True), "kill_above": (800, 2200, True)}
@@ -36,7 +36,8 @@ class CompanionConfig:
     """Settings of one run.
 
     system              the vehicle's MAVLink system id, 1…255; None takes the first autopilot heard
-    correction_message  which message carries the correction
+    profile             where the inputs come from: a profile's name, or "auto", by the make of the autopilot
+    correction_message  which message carries the correction; None is the profile's own
     parameters          start values that differ from the table's defaults
     state_directory     where the operator's settings are kept; None keeps nothing
     signing_key_file    the key of MAVLink 2 signing; None means that nothing is signed or checked
@@ -45,7 +46,8 @@ class CompanionConfig:
     """
 
     system: int | None = None
-    correction_message: str = CORRECTION_MESSAGES[0]
+    profile: str = profiles.AUTO
+    correction_message: str | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     state_directory: str | None = None
     signing_key_file: str | None = None
@@ -63,11 +65,15 @@ def parse_config(text: str, source: str) -> CompanionConfig:
     system = table.get("system")
     if system is not None and not (type(system) is int and 1 <= system <= 255):
         raise ConfigError(f"{source}: system is {system!r}, expected a whole number from 1 to 255")
-    message = table.get("correction_message", CORRECTION_MESSAGES[0])
-    if message not in CORRECTION_MESSAGES:
+    profile = table.get("profile", profiles.AUTO)
+    if profile not in profiles.NAMES:
+        raise ConfigError(f"{source}: profile is {profile!r}, expected {' or '.join(profiles.NAMES)}")
+    message = table.get("correction_message")
+    if message is not None and message not in CORRECTION_MESSAGES:
         raise ConfigError(f"{source}: correction_message is {message!r}, expected {' or '.join(CORRECTION_MESSAGES)}")
     return CompanionConfig(
         system,
+        profile,
         message,
         _parameters(source, table.get("parameters", {})),
         _path(source, table, "state_directory"),

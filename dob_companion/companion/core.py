@@ -43,9 +43,11 @@ from dob_companion.mavlink import (
     Speaker,
     TimesyncReply,
     TimesyncRequest,
-    sitl_streams,
+    profiles,
+    stream_requests,
 )
 from dob_companion.mavlink.facts import Axes3
+from dob_companion.mavlink.profiles import Profile
 from dob_companion.supervisor import State, ages
 from dob_companion.supervisor.monitors import UNKNOWN_AGE
 
@@ -83,13 +85,18 @@ class Companion:
         self.loop = self._new_loop()
         self.load = ComputerLoad()
         self.closed = False
-        self._speaker = Speaker(config.correction_message)
-        self._codec = Codec(datagrams=datagrams)
+        self._asked_profile, self._carrier = config.profile, config.correction_message
+        self._codec = Codec(profile=profiles.at_first(config.profile), datagrams=datagrams)
+        self._speaker = Speaker(self._carrier or self.profile.carrier)
         self._operator = Operator(self.parameters, self._speaker)
-        self._streams = WantedStreams(sitl_streams(design.dt, kill_switch=config.regime.kill_channel > 0))
+        self._new_streams: Callable[[], WantedStreams] = lambda: WantedStreams(
+            stream_requests(self.profile, design.dt, kill_switch=config.regime.kill_channel > 0)
+        )
+        self._streams = self._new_streams()
         self._neighbours = Neighbours()
         self._waiting = Waiting()
         self._wanted_system = config.system
+        self._refused: set[int] = set()
         self._greeting = f"dob-companion {__version__} design {design.sha256[:8]}"
         self._out: list[bytes] = []
         self._events: list[Event] = []
@@ -159,6 +166,11 @@ class Companion:
         """Whether a gyro sample may be in these bytes. When several pieces have come in, nothing should be sent before
         the last such piece was received: of a backlog only the newest samples are answered."""
         return self._codec.may_bring_sample(data)
+
+    @property
+    def profile(self) -> Profile:
+        """What the vehicle is flown by; the one at first while none has been heard."""
+        return self._codec.profile
 
     @property
     def next_sample(self) -> float:
@@ -283,13 +295,18 @@ class Companion:
         self._out.append(self._speaker.telemetry(stamp_us, values))
 
     def _heartbeat(self, beat: Heartbeat, now: float) -> None:
-        if not beat.autopilot:
+        if not beat.make:
             return
         if beat.system != self.vehicle and self._may_obey(beat.system, now):
-            self._meet(beat.system, now)
+            profile = profiles.choose(self._asked_profile, beat.make)
+            if profile is None:
+                self._refuse(beat)
+                return
+            self._meet(beat.system, profile, now)
         if beat.system == self.vehicle:
             self._heard_beat = now
-            self.loop.watch.regime.heartbeat(beat.armed, now, standing_by=beat.standing_by)
+            standing_by = beat.status in self.profile.landed.standing_by
+            self.loop.watch.regime.heartbeat(beat.armed, now, standing_by=standing_by)
         else:
             self._stranger(beat.system, beat.component, now)
 
@@ -300,12 +317,24 @@ class Companion:
         silent_s = now - max(self._heard_beat, self._heard_gyro)
         return self.vehicle is None or (silent_s >= ages.VEHICLE_S and not self.loop.injecting)
 
-    def _meet(self, system: int, now: float) -> None:
+    def _refuse(self, beat: Heartbeat) -> None:
+        """An autopilot that the profile asked for is not for. Said once of each."""
+        if beat.system not in self._refused:
+            self._refused.add(beat.system)
+            makes = " or ".join(self.profile.makes)
+            text = f"system {beat.system} is {beat.make}, profile {self.profile.name} is for {makes}: not obeyed"
+            self._events.append(Event(Severity.WARNING, text))
+
+    def _meet(self, system: int, profile: Profile, now: float) -> None:
         before, self._codec.system, self._speaker.system = self.vehicle, system, system
+        if profile is not self.profile:
+            self._codec.profile = profile
+            self._streams = self._new_streams()
+            self._speaker.carry(self._carrier or profile.carrier)
         self._neighbours.we_are(system)
         self._streams.start(now)
         self._say(Severity.INFO, self._greeting)
-        self._events.append(Event.info(f"vehicle heard: system {system}"))
+        self._events.append(Event.info(f"vehicle heard: system {system}, profile {profile.name}"))
         if before is not None:
             self._leave(before, now)
 

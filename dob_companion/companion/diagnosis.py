@@ -10,13 +10,14 @@ import numpy as np
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.listening import Listening
 from dob_companion.companion.streamlog import StreamLog
+from dob_companion.mavlink import Input
+from dob_companion.mavlink.profiles import AgeSource
 from dob_companion.mavlink.signing import Signature
 from dob_companion.supervisor import percentile
 
 FULL_RATE = 0.95
 """Share of the design's rate that the companion needs before it injects."""
 
-DESIGN_RATE_HZ = 250.0
 ONE_SAMPLE = (1, 3)
 """Link delay designed for and delay margin, in samples, that are assumed where no design is given."""
 
@@ -43,46 +44,6 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True)
-class Profile:
-    """Where the inputs of an observer come from: any one of `gyro`, any one of `moment`, and what it takes."""
-
-    name: str
-    makes: tuple[str, ...]
-    gyro: tuple[str, ...]
-    moment: tuple[str, ...]
-    needs: str
-
-
-PROFILES = (
-    Profile(
-        "sitl",
-        (),
-        ("HIGHRES_IMU",),
-        ("ACTUATOR_CONTROL_TARGET",),
-        "a vehicle that sends the applied moment, adds DOB_CORR and lets it fade (docs/interfaces.md, the vehicle)",
-    ),
-    Profile(
-        "ardupilot",
-        ("ArduPilot",),
-        ("HIGHRES_IMU", "RAW_IMU"),
-        ("ACTUATOR_CONTROL_TARGET", "SERVO_OUTPUT_RAW"),
-        "the scripting mixer (FRAME_CLASS 17, SCR_ENABLE 1, SERVO1..4_FUNCTION 33..36) and a Lua script that adds "
-        "DOB_CORR through load_factors and answers with ACTUATOR_CONTROL_TARGET",
-    ),
-    Profile(
-        "px4",
-        ("PX4",),
-        ("HIGHRES_IMU",),
-        ("ACTUATOR_CONTROL_TARGET", "ACTUATOR_OUTPUT_STATUS", "SERVO_OUTPUT_RAW"),
-        "a module of your own that adds uORB debug_vect DOB_CORR to the torque setpoint, IMU_INTEG_RATE of 250 or "
-        "more, and the torque sent as ACTUATOR_CONTROL_TARGET, which stock PX4 no longer does",
-    ),
-)
-FLOWN = "sitl"
-"""The profile that `run` flies; an autopilot of any make can speak it."""
-
-
-@dataclass(frozen=True, slots=True)
 class Diagnosis:
     """All findings. `fit` is True when nothing that `run` needs is missing; `profile` names the best match, or None."""
 
@@ -92,8 +53,8 @@ class Diagnosis:
 
 
 def diagnose(heard: Listening, design: DobDesign | None) -> Diagnosis:
-    """Judge what was heard, for a design or, without one, for 250 Hz and one sample of delay."""
-    rate_hz = 1.0 / design.dt if design else DESIGN_RATE_HZ
+    """Judge what was heard, for a design or, without one, for its profile's rate and one sample of delay."""
+    rate_hz = 1.0 / design.dt if design else heard.profile.rate_hz
     findings = [*_who(heard), *_signing(heard)]
     profile = None
     if heard.autopilot is not None:
@@ -104,7 +65,7 @@ def diagnose(heard: Listening, design: DobDesign | None) -> Diagnosis:
             *_stamps(heard),
             *_delay(heard, rate_hz, design),
             *_signs(heard, design),
-            *_profile(heard, profile),
+            *_profile(heard, rate_hz),
         ]
     fit = all(finding.verdict is not Verdict.MISSING for finding in findings)
     return Diagnosis(fit, profile, tuple(findings))
@@ -212,41 +173,43 @@ def _requests(heard: Listening) -> Iterator[Finding]:
 
 
 def _inputs(heard: Listening, rate_hz: float) -> Iterator[Finding]:
-    for name, what in (("HIGHRES_IMU", "gyro"), ("ACTUATOR_CONTROL_TARGET", "applied moment")):
+    for what in (Input.GYRO, Input.MOMENT):
+        name, topic = heard.profile.stream(what).name, what.value
         stream = heard.stream(name)
         if stream is None or not stream.stamped:
-            yield Finding(Verdict.MISSING, what, f"no {name}", _how_to_get(heard, name))
+            yield Finding(Verdict.MISSING, topic, f"no {name}", _how_to_get(heard, what))
             continue
         stamp, wall = stream.rate_by_stamp_hz, stream.rate_by_wall_hz
         enough = stamp >= FULL_RATE * rate_hz
         text = f"{name} at {stamp:.1f} Hz by its stamps, {wall:.1f} Hz by this clock, of {rate_hz:g} Hz"
         remedy = "" if enough else _how_to_speed_up(heard)
-        yield Finding(Verdict.OK if enough else Verdict.MISSING, what, text, remedy)
+        yield Finding(Verdict.OK if enough else Verdict.MISSING, topic, text, remedy)
     if not heard.finite:
         yield Finding(Verdict.MISSING, "gyro", "rates that are not finite", "the autopilot's gyro is not healthy")
     elif len(heard.rates_seen) == 1:
         text = "the rates never change, not even by noise"
-        yield Finding(Verdict.MISSING, "gyro", text, "gyro calibrated and running? HIGHRES_IMU filled in?")
+        yield Finding(Verdict.MISSING, "gyro", text, f"gyro calibrated and running? {_inputs_of(heard)[0]} filled in?")
 
 
-def _how_to_get(heard: Listening, name: str) -> str:
-    make = heard.autopilot.make if heard.autopilot else ""
-    if name == "ACTUATOR_CONTROL_TARGET":
-        return next((p.needs for p in PROFILES if make in p.makes), PROFILES[0].needs)
+def _inputs_of(heard: Listening) -> tuple[str, str]:
+    """The messages that bring gyro rates and applied moment."""
+    profile = heard.profile
+    return profile.stream(Input.GYRO).name, profile.stream(Input.MOMENT).name
+
+
+def _how_to_get(heard: Listening, what: Input) -> str:
+    if what is Input.MOMENT:
+        return heard.profile.remedy
     return "a message interval for it on this link (MAV_CMD_SET_MESSAGE_INTERVAL, or the autopilot's stream settings)"
 
 
 def _how_to_speed_up(heard: Listening) -> str:
-    make = heard.autopilot.make if heard.autopilot else ""
-    own = {
-        "PX4": "IMU_INTEG_RATE of 250 or more, MAV_n_RATE for the baud rate; ",
-        "ArduPilot": "SCHED_LOOP_RATE of 400 or more; ",
-    }
-    return own.get(make, "") + "921600 baud or UDP, a link of its own, fewer other streams on it"
+    own = heard.profile.speed_remedy
+    return f"{own}; " * bool(own) + "921600 baud or UDP, a link of its own, fewer other streams on it"
 
 
 def _stamps(heard: Listening) -> Iterator[Finding]:
-    for name in ("HIGHRES_IMU", "ACTUATOR_CONTROL_TARGET"):
+    for name in _inputs_of(heard):
         stream = heard.stream(name)
         if stream is None or not stream.stamped:
             continue
@@ -258,7 +221,7 @@ def _stamps(heard: Listening) -> Iterator[Finding]:
     if heard.clocks.why:
         remedy = "stamp both with the time of the gyro sample (docs/interfaces.md, the vehicle)"
         yield Finding(Verdict.MISSING, "clock", heard.clocks.why, remedy)
-    gyro = heard.stream("HIGHRES_IMU")
+    gyro = heard.stream(_inputs_of(heard)[0])
     if gyro is not None and gyro.stamped:
         yield from _drift(gyro)
 
@@ -299,6 +262,8 @@ def _delay(heard: Listening, rate_hz: float, design: DobDesign | None) -> Iterat
     if known:
         text = f"the vehicle reports corrections {np.median(known):g} samples old in the median"
         yield Finding(Verdict.NOTE, "delay", text, "corrections were at work: is another companion flying?")
+    elif heard.profile.age is AgeSource.ESTIMATED:
+        yield Finding(Verdict.NOTE, "delay", f"the age of a correction is {heard.profile.age.value}")
     elif heard.ages:
         text = "the age that the vehicle reports cannot be known: doctor sends no corrections"
         yield Finding(Verdict.NOTE, "delay", text)
@@ -336,24 +301,23 @@ def _signs(heard: Listening, design: DobDesign | None) -> Iterator[Finding]:
 
 
 def _best_profile(heard: Listening, rate_hz: float) -> str | None:
-    """The profile that `run` flies if its streams are there, else that of the autopilot's make, else none."""
-    make = heard.autopilot.make if heard.autopilot else ""
-
-    def delivers(names: tuple[str, ...]) -> bool:
-        streams = [heard.stream(name) for name in names]
-        return any(s is not None and s.stamped and s.rate_by_stamp_hz >= FULL_RATE * rate_hz for s in streams)
-
-    fitting = [p.name for p in PROFILES if delivers(p.gyro) and delivers(p.moment) and (not p.makes or make in p.makes)]
-    return fitting[0] if fitting else None
+    """The profile of the autopilot's make, or asked for; one that is for any make only where its inputs are heard."""
+    profile = heard.profile
+    return profile.name if profile.makes or _delivers(heard, rate_hz) else None
 
 
-def _profile(heard: Listening, profile: str | None) -> Iterator[Finding]:
-    make = heard.autopilot.make if heard.autopilot else ""
-    needs = next((p.needs for p in PROFILES if make in p.makes), PROFILES[0].needs)
-    if profile == FLOWN:
-        yield Finding(Verdict.OK, "profile", f"{profile}: `run --profile {profile}` has its inputs")
-    elif profile is None:
-        yield Finding(Verdict.MISSING, "profile", "none has its inputs", needs)
+def _delivers(heard: Listening, rate_hz: float) -> bool:
+    streams = map(heard.stream, _inputs_of(heard))
+    return all(s is not None and s.stamped and s.rate_by_stamp_hz >= FULL_RATE * rate_hz for s in streams)
+
+
+def _profile(heard: Listening, rate_hz: float) -> Iterator[Finding]:
+    profile, make = heard.profile, heard.autopilot.make if heard.autopilot else ""
+    if not profile.suits(make):
+        text = f"{profile.name} is for {' or '.join(profile.makes)}, not for {make}: `run` would not obey it"
+        yield Finding(Verdict.MISSING, "profile", text, "--profile auto")
+    elif _delivers(heard, rate_hz):
+        yield Finding(Verdict.OK, "profile", f"{profile.name}: `run --profile {profile.name}` has its inputs")
     else:
-        text = f"{profile} has its inputs; `run` flies {FLOWN} only"
-        yield Finding(Verdict.MISSING, "profile", text, needs)
+        name = profile.name if profile.makes else "none"
+        yield Finding(Verdict.MISSING, "profile", f"{name}: inputs are missing or slow", profile.remedy)

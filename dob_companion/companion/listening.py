@@ -24,6 +24,7 @@ from dob_companion.mavlink import (
     Speaker,
     TimesyncReply,
     TimesyncRequest,
+    profiles,
 )
 from dob_companion.mavlink.listener import Heard, Listener, Presence, stream_request
 from dob_companion.mavlink.signing import Signature, SigningGate
@@ -40,13 +41,6 @@ SETTLING_S = 1.0
 MOST_STREAMS = 1024
 """Streams kept apart, by sender and message: no vehicle has as many, but anybody may invent senders."""
 
-WANTED = {
-    "PX4": ("HIGHRES_IMU", "ACTUATOR_CONTROL_TARGET", "ACTUATOR_OUTPUT_STATUS", "SERVO_OUTPUT_RAW"),
-    "ArduPilot": ("HIGHRES_IMU", "RAW_IMU", "ACTUATOR_CONTROL_TARGET", "SERVO_OUTPUT_RAW"),
-}
-ALWAYS_WANTED = ("HIGHRES_IMU", "ACTUATOR_CONTROL_TARGET")
-"""What is asked for at the design's rate, by make of the autopilot."""
-
 
 class Stage(Enum):
     """How far it is."""
@@ -61,6 +55,8 @@ class Stage(Enum):
 class Listening:
     """Waits up to `seconds` for an autopilot, asks for what it may deliver, and measures for `seconds`.
 
+    `profile` is the one asked for; the attribute is the one that the autopilot is judged by.
+
     With a gate, whose key the link signs with, signatures are judged as well; what is heard counts in any case.
     """
 
@@ -73,6 +69,7 @@ class Listening:
         now: float = 0.0,
         datagrams: bool = True,
         gate: SigningGate | None = None,
+        profile: str = profiles.AUTO,
     ) -> None:
         self.stage = Stage.WAITING
         self.presences: dict[Sender, Presence] = {}
@@ -87,10 +84,11 @@ class Listening:
         self.checked = gate is not None
         self.signatures: defaultdict[Sender, Counter[Signature]] = defaultdict(Counter)
         self.system: int | None = None
+        self.profile = profiles.at_first(profile)
         self.check = AxisCheck(design) if design else None
         self.clocks = ClockCheck(dt)
         self.listener = Listener(datagrams=datagrams, gate=gate)
-        self._dt, self._seconds = dt, seconds
+        self._dt, self._seconds, self._asked_profile = dt, seconds, profile
         self._round_trip = RoundTrip()
         self._codec, self._speaker = Codec(datagrams=datagrams), Speaker()
         self._requests = StreamRequests(TRIES)
@@ -155,7 +153,10 @@ class Listening:
         self.presences[presence.sender] = presence
         if self.system is None and presence.make:
             self.system = self._codec.system = self._speaker.system = presence.sender.system
-            names = WANTED.get(presence.make, ALWAYS_WANTED)
+            self.profile = profiles.choose(self._asked_profile, presence.make) or self.profile
+            self._codec.profile = self.profile
+            fast = [stream.name for stream in self.profile.streams if stream.interval_us is None]
+            names = (*fast, *self.profile.also_heard)
             self.answers = dict.fromkeys(names)
             for name in names:
                 self._requests.ask(stream_request(name, round(1e6 * self._dt)))

@@ -6,19 +6,20 @@ one that is computed now, and every checkpoint with the state reached by computi
 
 from collections import deque
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Protocol
 
 from dob_companion.artifact import DobDesign, loads
-from dob_companion.companion.config import parse_config
+from dob_companion.companion.config import CompanionConfig, parse_config
 from dob_companion.companion.core import Companion
 from dob_companion.companion.snapshot import SnapshotError, Snapshots, difference, restore
 from dob_companion.errors import InputError
-from dob_companion.mavlink import ComputerLoad
+from dob_companion.mavlink import ComputerLoad, profiles
 from dob_companion.mavlink.spoken import Correction, SpokenReader
 
 
 class Origin(Protocol):
-    """What a segment says of the companion: texts of design and configuration, and the kind of its link."""
+    """What a segment says of the companion: texts of design and configuration, profile, and the kind of its link."""
 
     @property
     def design(self) -> str:
@@ -29,8 +30,19 @@ class Origin(Protocol):
         """Text of the configuration."""
 
     @property
+    def profile(self) -> str:
+        """The profile that was asked for."""
+
+    @property
     def datagrams(self) -> bool:
         """Whether the link delivered whole datagrams."""
+
+
+def recorded_config(text: str, profile: str) -> CompanionConfig:
+    """The configuration of a recorded flight. Raises InputError where this program does not know the profile."""
+    if profile not in profiles.NAMES:
+        raise InputError(f"the flight was flown with profile {profile!r}, expected {' or '.join(profiles.NAMES)}")
+    return replace(parse_config(text, "the recorded configuration"), profile=profile)
 
 
 class Replay:
@@ -45,19 +57,19 @@ class Replay:
         self.difference = ""
         self._expected = expected
         self._spoken = SpokenReader()
-        self._build: tuple[str, str, bool] | None = None
+        self._build: tuple[str, str, str, bool] | None = None
         self._companion: Companion | None = None
         self._due: deque[bytes] = deque()
         self._time = 0.0
 
     def began(self, segment: Origin) -> None:
         """A segment begins."""
-        build = (segment.design, segment.config, segment.datagrams)
+        build = (segment.design, segment.config, segment.profile, segment.datagrams)
         if self._build == build:
             return
         self._companion, self._build = None, build
         self._design = loads(segment.design, "the recorded design")
-        self._config = parse_config(segment.config, "the recorded configuration")
+        self._config = recorded_config(segment.config, segment.profile)
         expected = self._expected.sha256 if self._expected else self._design.sha256
         if expected != self._design.sha256:
             raise InputError(f"the flight was flown with design {self._design.sha256[:8]}, not with {expected[:8]}")
@@ -130,7 +142,7 @@ class Replay:
         self.turns += 1
 
     def _newborn(self) -> Companion:
-        _, _, datagrams = self._build or ("", "", True)
+        datagrams = self._build is None or self._build[-1]
         return Companion(self._design, self._config, datagrams=datagrams)
 
     def _called(self, now: float) -> Companion | None:

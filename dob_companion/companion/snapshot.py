@@ -3,7 +3,8 @@
 A snapshot names every value by its path, `loop.shaper.f`, and holds only those that differ from a companion just built
 from the same design and configuration: matrices and settings are not state, and nobody has to list what is. It is
 restored onto such a newborn. Values are numbers, texts, containers of them, numpy arrays, enumerations and dataclasses
-of the rooms below; nothing else is written and nothing else is ever built, so that a snapshot cannot do anything.
+of the rooms below, and profiles by their names; nothing else is written and nothing else is ever built, so that a
+snapshot cannot do anything.
 
 A value that this cannot write raises SnapshotError, and so does a path that the program does not have: it was then
 recorded by another version.
@@ -18,6 +19,9 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
+
+from dob_companion.mavlink import profiles
+from dob_companion.mavlink.profiles import Profile
 
 ROOMS = ("artifact", "companion", "lti", "mavlink", "observer", "supervisor")
 """Whose objects are looked into, and whose dataclasses and enumerations may be values."""
@@ -204,6 +208,7 @@ _WRITERS: dict[type, Callable[[Any, str], Any]] = {
     np.ndarray: _bytes_of,
     bytes: lambda value, _: value.hex(),
     bytearray: lambda value, _: value.hex(),
+    Profile: lambda value, _: value.name,
 }
 
 
@@ -264,6 +269,7 @@ _BUILDERS: dict[str, Callable[[Any, str], Any]] = {
     "frozenset": lambda content, path: frozenset(_listed(content, path)),
     "dict": _pairs,
     "Counter": lambda content, path: Counter(_pairs(content, path)),
+    "Profile": lambda content, _: profiles.named(content),
     "enum": _enum,
     "dataclass": _dataclass,
 }

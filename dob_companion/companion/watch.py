@@ -2,7 +2,7 @@
 
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.samples import Inputs
-from dob_companion.mavlink import AppliedMoment, FlightState
+from dob_companion.mavlink import AppliedMoment, FlightState, Landed
 from dob_companion.supervisor import (
     Air,
     AxisCheck,
@@ -14,7 +14,13 @@ from dob_companion.supervisor import (
     Saturation,
 )
 
-_LANDED_STATES = {1: Air.ON_GROUND, 2: Air.IN_AIR, 3: Air.CHANGING, 4: Air.CHANGING}
+_AIR = {
+    Landed.UNKNOWN: Air.UNKNOWN,
+    Landed.ON_GROUND: Air.ON_GROUND,
+    Landed.IN_AIR: Air.IN_AIR,
+    Landed.TAKING_OFF: Air.CHANGING,
+    Landed.LANDING: Air.CHANGING,
+}
 
 
 class Watch:
@@ -36,7 +42,7 @@ class Watch:
 
     def flight_state(self, state: FlightState, now: float) -> None:
         """In the air, on the ground, in forward flight; told at wall time `now`, s."""
-        self.regime.state(_LANDED_STATES.get(state.landed_state, Air.UNKNOWN), state.forward, now)
+        self.regime.state(_AIR[state.landed], state.forward, now)
 
     def finished(self, inputs: tuple[Inputs, ...]) -> None:
         """Finished grid intervals, to be looked at when there is time."""

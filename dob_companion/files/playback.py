@@ -10,6 +10,8 @@ from dob_companion.errors import InputError
 from dob_companion.files.segments import chunks
 from dob_companion.files.trace import SCHEMA, Ending, Item, Kind, read_frames
 
+FIRST_PROFILE = "sitl"
+
 
 @dataclass(frozen=True, slots=True)
 class Header:
@@ -19,6 +21,7 @@ class Header:
                  computer's clock had it
     datagrams    whether the link delivered whole datagrams
     config       the configuration's text, design that of the design.json
+    profile      the one that was asked for; recordings from before there was a choice do not say it
     """
 
     generator: str
@@ -29,6 +32,7 @@ class Header:
     datagrams: bool
     config: str
     design: str
+    profile: str = FIRST_PROFILE
 
 
 class Listener(Protocol):
@@ -112,7 +116,7 @@ def _tell(item: Item, now: float, listener: Listener, source: str) -> None:
 def _header(turn: list[Item], source: str) -> Header:
     if [item.kind for item in turn] != [Kind.HEADER]:
         raise InputError(f"{source}: not a recorded flight: it does not begin with a header")
-    content = _read(turn[0], dict, source)
+    content = {"profile": FIRST_PROFILE, **_read(turn[0], dict, source)}
     if content.get("schema") != SCHEMA:
         raise InputError(f"{source}: schema is {content.get('schema')!r}, expected {SCHEMA!r}")
     for field in fields(Header):

@@ -10,6 +10,7 @@ import os
 import platform
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ from dob_companion.files.atomic import make_directory
 from dob_companion.files.pipe import ScribePipe
 from dob_companion.files.segments import SegmentName, next_flight
 from dob_companion.files.trace import SCHEMA, Kind, count_item, frame, item, json_item, time_item
-from dob_companion.mavlink import ComputerLoad
+from dob_companion.mavlink import ComputerLoad, profiles
 
 CHECKPOINT_S = 20.0
 """Time between two checkpoints: how long an interrupted recording may wait until it goes on."""
@@ -44,7 +45,8 @@ _DEFAULT = Recording()
 class FlightRecorder(Witness):
     """Records one companion from now on; the loop calls the methods of a Witness.
 
-    `config_text` is the configuration that the companion was built from; `mb` and `segments` are those of `Recording`.
+    `config_text` is the configuration that the companion was built from, `profile` the one asked for, in place of what
+    that says; `mb` and `segments` are those of `Recording`.
     Raises InputError, one line, when the directory cannot be written.
     """
 
@@ -59,8 +61,10 @@ class FlightRecorder(Witness):
         datagrams: bool = True,
         mb: float = _DEFAULT.mb,
         segments: int = _DEFAULT.segments,
+        profile: str = profiles.AUTO,
     ) -> None:
-        newborn = Companion(design, parse_config(config_text, "configuration"), datagrams=datagrams)
+        config = replace(parse_config(config_text, "configuration"), profile=profile)
+        newborn = Companion(design, config, datagrams=datagrams)
         self._snapshots = Snapshots(newborn)
         self.flight = _claim(directory)
         self.lost = 0
@@ -71,7 +75,9 @@ class FlightRecorder(Witness):
         self._due_at = now + CHECKPOINT_S
         self._trouble = ""
         self._pipe = ScribePipe([str(directory), str(self.flight), str(round(1e6 * mb)), str(segments)])
-        self._pipe.send(frame([json_item(Kind.HEADER, _header(design, config_text, datagrams, self.flight, now))]))
+        self._pipe.send(
+            frame([json_item(Kind.HEADER, _header(design, config_text, profile, datagrams, self.flight, now))])
+        )
         self._pipe.send(frame([json_item(Kind.CHECKPOINT, self._snapshots.take(companion))]))
 
     @property
@@ -155,7 +161,9 @@ class FlightRecorder(Witness):
             self._interrupted, self._missing, self._due_at = False, 0, now + CHECKPOINT_S
 
 
-def _header(design: DobDesign, config_text: str, datagrams: bool, flight: int, now: float) -> dict[str, Any]:
+def _header(
+    design: DobDesign, config_text: str, profile: str, datagrams: bool, flight: int, now: float
+) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "generator": f"dob-companion {__version__}",
@@ -165,6 +173,7 @@ def _header(design: DobDesign, config_text: str, datagrams: bool, flight: int, n
         "flight": flight,
         "datagrams": datagrams,
         "config": config_text,
+        "profile": profile,
         "design": dumps(design)[0],
     }
 

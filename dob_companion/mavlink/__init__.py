@@ -12,6 +12,7 @@ from dob_companion.mavlink.facts import (
     GyroSample,
     Heartbeat,
     Input,
+    Landed,
     ParamRead,
     ParamWrite,
     RcChannels,
@@ -27,7 +28,7 @@ from dob_companion.mavlink.speaker import (
     Speaker,
     StreamRequest,
     is_correction,
-    sitl_streams,
+    stream_requests,
 )
 
 __all__ = [
@@ -46,6 +47,7 @@ __all__ = [
     "GyroSample",
     "Heartbeat",
     "Input",
+    "Landed",
     "ParamRead",
     "ParamRefusal",
     "ParamWrite",
@@ -58,5 +60,5 @@ __all__ = [
     "TimesyncRequest",
     "WireCounters",
     "is_correction",
-    "sitl_streams",
+    "stream_requests",
 ]

@@ -8,25 +8,24 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.mavlink.facts import (
-    AppliedMoment,
     CommandAck,
     CommandForUs,
     CorrectionHeard,
     Fact,
     FileRequest,
-    FlightState,
-    GyroSample,
     Heartbeat,
+    Input,
     ParamRead,
     ParamWrite,
-    RcChannels,
     Sender,
     TimesyncReply,
     TimesyncRequest,
 )
-from dob_companion.mavlink.frame import read_frame, single_frame
+from dob_companion.mavlink.frame import payload_of, read_frame, single_frame, unpacked
 from dob_companion.mavlink.ftp import is_request
+from dob_companion.mavlink.makes import make_of
 from dob_companion.mavlink.parser import forget_parsed, robust_parser
+from dob_companion.mavlink.profiles import FALLBACK, Profile
 
 AUTOPILOT = mav.MAV_COMP_ID_AUTOPILOT1
 COMPANION = mav.MAV_COMP_ID_ONBOARD_COMPUTER
@@ -34,13 +33,6 @@ COMPANION = mav.MAV_COMP_ID_ONBOARD_COMPUTER
 CORRECTION_NAME = "DOB_CORR"
 CORRECTION_GROUP = 2
 """How a correction is marked in DEBUG_VECT and in SET_ACTUATOR_CONTROL_TARGET."""
-
-_AT_FULL_RATE = {
-    layout.id: layout for layout in (mav.MAVLink_highres_imu_message, mav.MAVLink_actuator_control_target_message)
-}
-
-_ON_GROUND = (mav.MAV_STATE_BOOT, mav.MAV_STATE_CALIBRATING, mav.MAV_STATE_STANDBY, mav.MAV_STATE_POWEROFF)
-"""What no autopilot says in flight. MAV_STATE_ACTIVE says no more than armed: some say it on the ground as well."""
 
 _INTEGER_FORMATS = {
     mav.MAV_PARAM_TYPE_UINT8: "<B3x",
@@ -66,48 +58,54 @@ class Codec:
     """Parses one link's bytes. Sensor data count only from the autopilot of `system`, once that is known.
 
     Until then (`system` is None) only heartbeats and parameter traffic get through; the companion learns the
-    vehicle from its heartbeat and sets `system`.
+    vehicle from its heartbeat and sets `system` and `profile`, whose readers read what that vehicle flies by.
     """
 
-    def __init__(self, system: int | None = None, *, datagrams: bool = True) -> None:
+    def __init__(self, system: int | None = None, *, profile: Profile = FALLBACK, datagrams: bool = True) -> None:
         self.system = system
+        self.profile = profile
         self.counters = WireCounters()
         self._datagrams = datagrams
         self._parser = robust_parser()
 
     def facts(self, data: bytes) -> Iterable[Fact]:
         """The facts in `data`: one datagram, or any piece of a byte stream."""
-        frame = read_frame(data, _AT_FULL_RATE) if self._parser.buf_len() == 0 else None
+        frame = read_frame(data, self.profile.layouts) if self._parser.buf_len() == 0 else None
         if frame is None:
             return self._parsed(data)
-        fact = self._at_full_rate(*frame)
+        fact = self._by_profile(*frame)
         return () if fact is None else (fact,)
 
     def may_bring_sample(self, data: bytes) -> bool:
         """Whether a gyro sample may be in `data`: False only where a look at its first bytes shows that it is not."""
         number = single_frame(data) if self._datagrams else None
-        return number is None or number == mav.MAVLINK_MSG_ID_HIGHRES_IMU
+        return number is None or number == self.profile.stream(Input.GYRO).message
 
     def _parsed(self, data: bytes) -> Iterator[Fact]:
         for message in self._messages(data):
-            read = _READERS.get(message.get_msgId())
-            fact = read(self, message) if read else None
+            fact = self._read(message)
             if fact is not None:
                 yield fact
         if self._datagrams and self._parser.buf_len() > 0:  # a torn message must not swallow the next datagram
             self._bad()
         forget_parsed(self._parser)
 
-    def _at_full_rate(self, system: int, component: int, number: int, fields: tuple[Any, ...]) -> Fact | None:
-        """As `_gyro` and `_moment` below, from the fields in the order of the wire."""
-        if number == mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET and fields[9] != 0:
-            return None
-        if system != self.system or component != AUTOPILOT:
-            self.counters.foreign += 1
-            return None
-        if number == mav.MAVLINK_MSG_ID_HIGHRES_IMU:
-            return GyroSample(fields[0], fields[4:7])
-        return AppliedMoment(fields[0], fields[1:4], fields[4], fields[5:8], fields[8])
+    def _read(self, message: Any) -> Fact | None:
+        number = message.get_msgId()
+        layout = self.profile.layouts.get(number)
+        if layout is not None:
+            fields = unpacked(layout, payload_of(bytes(message.get_msgbuf())))
+            return self._by_profile(message.get_srcSystem(), message.get_srcComponent(), number, fields)
+        read = _READERS.get(number)
+        return read(self, message) if read else None
+
+    def _by_profile(self, system: int, component: int, number: int, fields: tuple[Any, ...]) -> Fact | None:
+        """What only our vehicle's autopilot may say, read as the profile says."""
+        fact = self.profile.readers[number].fact(fields)
+        if fact is None or (system == self.system and component == AUTOPILOT):
+            return fact
+        self.counters.foreign += 1
+        return None
 
     def _messages(self, data: bytes) -> Iterator[Any]:
         while True:
@@ -144,39 +142,14 @@ def _sender(message: Any) -> Sender:
     return Sender(message.get_srcSystem(), message.get_srcComponent())
 
 
-def _gyro(codec: Codec, m: Any) -> Fact | None:
-    if not codec.from_autopilot(m):
-        return None
-    return GyroSample(m.time_usec, (m.xgyro, m.ygyro, m.zgyro))
-
-
-def _moment(codec: Codec, m: Any) -> Fact | None:
-    if m.group_mlx != 0 or not codec.from_autopilot(m):
-        return None
-    c = m.controls
-    return AppliedMoment(m.time_usec, (c[0], c[1], c[2]), c[3], (c[4], c[5], c[6]), c[7])
-
-
 def _heartbeat(_codec: Codec, m: Any) -> Fact | None:
     return Heartbeat(
         m.get_srcSystem(),
         m.get_srcComponent(),
-        autopilot=m.autopilot != mav.MAV_AUTOPILOT_INVALID and m.get_srcComponent() == AUTOPILOT,
+        make=make_of(m),
         armed=bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED),
-        standing_by=m.system_status in _ON_GROUND,
+        status=m.system_status,
     )
-
-
-def _flight_state(codec: Codec, m: Any) -> Fact | None:
-    if not codec.from_autopilot(m):
-        return None
-    return FlightState(m.landed_state, m.vtol_state not in (mav.MAV_VTOL_STATE_UNDEFINED, mav.MAV_VTOL_STATE_MC))
-
-
-def _rc_channels(codec: Codec, m: Any) -> Fact | None:
-    if not codec.from_autopilot(m):
-        return None
-    return RcChannels(tuple(getattr(m, f"chan{i}_raw") for i in range(1, 19)))
 
 
 def _debug_vect(_codec: Codec, m: Any) -> Fact | None:
@@ -234,11 +207,7 @@ def _timesync(codec: Codec, m: Any) -> Fact | None:
 
 
 _READERS: dict[int, Callable[[Codec, Any], Fact | None]] = {
-    mav.MAVLINK_MSG_ID_HIGHRES_IMU: _gyro,
-    mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET: _moment,
     mav.MAVLINK_MSG_ID_HEARTBEAT: _heartbeat,
-    mav.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _flight_state,
-    mav.MAVLINK_MSG_ID_RC_CHANNELS: _rc_channels,
     mav.MAVLINK_MSG_ID_DEBUG_VECT: _debug_vect,
     mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET: _actuator_target,
     mav.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: _param_list,

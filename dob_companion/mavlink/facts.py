@@ -17,6 +17,16 @@ class Input(Enum):
     RC_CHANNELS = "RC channels"
 
 
+class Landed(Enum):
+    """Whether the vehicle flies, as it says itself."""
+
+    UNKNOWN = 0
+    ON_GROUND = 1
+    IN_AIR = 2
+    TAKING_OFF = 3
+    LANDING = 4
+
+
 @dataclass(frozen=True, slots=True)
 class Sender:
     """Whom an answer goes to."""
@@ -49,22 +59,21 @@ class AppliedMoment:
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """Somebody is alive. `autopilot` is True for a flight controller; `standing_by` means that it says that it does not
-    fly (False may mean either)."""
+    """Somebody is alive. `make` is that of a flight controller (`makes`), "" for anybody else; `status` the number of
+    its state, which a profile's rule understands."""
 
     system: int
     component: int
-    autopilot: bool
+    make: str
     armed: bool
-    standing_by: bool
+    status: int
 
 
 @dataclass(frozen=True, slots=True)
 class FlightState:
-    """EXTENDED_SYS_STATE: landed_state (0 unknown, 1 on ground, 2 in air, 3 taking off, 4 landing), and whether a VTOL
-    is in forward flight or in transition."""
+    """Whether the vehicle is in the air, and whether a VTOL is in forward flight or in transition."""
 
-    landed_state: int
+    landed: Landed
     forward: bool
 
 

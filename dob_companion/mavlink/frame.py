@@ -7,7 +7,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mav
 
 _START = 0xFD
-_HEADER, _CRC, _SIGNATURE = 10, 2, 13
+_HEADER, _HEADER_1, _CRC, _SIGNATURE = 10, 6, 2, 13
 _EXTRA = [bytes((extra,)) for extra in range(256)]
 
 
@@ -28,11 +28,22 @@ def read_frame(data: bytes, known: dict[int, Any]) -> tuple[int, int, int, tuple
     layout = known.get(number)
     if layout is None or _crc(data[1:-2] + _EXTRA[layout.crc_extra]) != data[-2] | data[-1] << 8:
         return None
+    return data[5], data[6], number, unpacked(layout, data[_HEADER:-_CRC])
+
+
+def payload_of(frame: bytes) -> bytes:
+    """The payload of a whole frame of MAVLink 1 or 2."""
+    begin = _HEADER if frame[0] == _START else _HEADER_1
+    return frame[begin : begin + frame[1]]
+
+
+def unpacked(layout: Any, payload: bytes) -> tuple[Any, ...]:
+    """The fields in the order of the wire, of the payload of a message of pymavlink's class `layout`."""
     size = layout.unpacker.size
-    payload = data[_HEADER:-_CRC]
     if len(payload) != size:  # trailing zeros are not sent, and a newer dialect may have fields more
         payload = payload[:size].ljust(size, b"\0")
-    return data[5], data[6], number, layout.unpacker.unpack(payload)
+    fields: tuple[Any, ...] = layout.unpacker.unpack(payload)
+    return fields
 
 
 def single_frame(data: bytes) -> int | None:

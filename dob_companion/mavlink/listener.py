@@ -7,18 +7,12 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mav
 
-from dob_companion.mavlink.codec import AUTOPILOT
 from dob_companion.mavlink.facts import Sender
+from dob_companion.mavlink.makes import make_of
 from dob_companion.mavlink.parser import forget_parsed, robust_parser
 from dob_companion.mavlink.signing import Signature, SigningGate, is_signed
 from dob_companion.mavlink.speaker import StreamRequest
 
-_MAKES = {
-    mav.MAV_AUTOPILOT_ARDUPILOTMEGA: "ArduPilot",
-    mav.MAV_AUTOPILOT_PX4: "PX4",
-    mav.MAV_AUTOPILOT_GENERIC: "generic",
-}
-OTHER_MAKE = "other"
 MOST_SAID = 1024
 """Own messages that are remembered. Another that speaks as we do has our sequence numbers by chance, not always."""
 
@@ -122,11 +116,10 @@ def _sender(message: Any) -> Sender:
 
 
 def _presence(message: Any) -> Presence:
-    autopilot = message.autopilot != mav.MAV_AUTOPILOT_INVALID and message.get_srcComponent() == AUTOPILOT
     kind = mav.enums["MAV_TYPE"].get(message.type)
     return Presence(
         _sender(message),
-        _MAKES.get(message.autopilot, OTHER_MAKE) if autopilot else "",
+        make_of(message),
         kind.name.removeprefix("MAV_TYPE_").lower().replace("_", " ") if kind else f"type {message.type}",
         bool(message.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED),
     )

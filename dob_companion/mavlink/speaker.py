@@ -11,6 +11,7 @@ from dob_companion.mavlink.codec import AUTOPILOT, COMPANION, CORRECTION_GROUP, 
 from dob_companion.mavlink.facts import CommandForUs, FileRequest, Input, Sender, TimesyncRequest
 from dob_companion.mavlink.frame import write_frame
 from dob_companion.mavlink.ftp import refusal
+from dob_companion.mavlink.profiles import Profile
 
 CORRECTION_MESSAGES = ("DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET")
 """The carriers of a correction, by their MAVLink names; the first is the default."""
@@ -18,10 +19,6 @@ CORRECTION_MESSAGES = ("DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET")
 _CORRECTION_NAME = CORRECTION_NAME.encode()
 _CARRIERS = frozenset((mav.MAVLINK_MSG_ID_DEBUG_VECT, mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET))
 _ONE_BYTE_UNKNOWN, _TEMPERATURE_UNKNOWN, _LINK_UNKNOWN = 255, 127, 0xFFFFFFFF
-
-
-SLOW_INTERVAL_US = 200_000
-"""Flight state and RC channels: 5 Hz."""
 
 
 def is_correction(message: bytes) -> bool:
@@ -67,16 +64,13 @@ class StreamRequest:
     command: int = mav.MAV_CMD_SET_MESSAGE_INTERVAL
 
 
-def sitl_streams(dt: float, *, kill_switch: bool) -> tuple[StreamRequest, ...]:
-    """What the `sitl` profile needs at the design's rate, with RC channels where one of them is a kill switch."""
-    full, slow = round(1e6 * dt), SLOW_INTERVAL_US
-    streams = (
-        StreamRequest("HIGHRES_IMU", mav.MAVLINK_MSG_ID_HIGHRES_IMU, full, Input.GYRO),
-        StreamRequest("ACTUATOR_CONTROL_TARGET", mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET, full, Input.MOMENT),
-        StreamRequest("EXTENDED_SYS_STATE", mav.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, slow, Input.FLIGHT_STATE),
+def stream_requests(profile: Profile, dt: float, *, kill_switch: bool) -> tuple[StreamRequest, ...]:
+    """What a profile needs for a design of sample time `dt`, s; RC channels where one of them is a kill switch."""
+    return tuple(
+        StreamRequest(stream.name, stream.message, stream.interval_us or round(1e6 * dt), stream.brings)
+        for stream in profile.streams
+        if kill_switch or stream.brings is not Input.RC_CHANNELS
     )
-    rc_channels = StreamRequest("RC_CHANNELS", mav.MAVLINK_MSG_ID_RC_CHANNELS, slow, Input.RC_CHANNELS)
-    return (*streams, rc_channels) if kill_switch else streams
 
 
 class Speaker:
@@ -84,6 +78,10 @@ class Speaker:
 
     def __init__(self, correction_message: str = CORRECTION_MESSAGES[0]) -> None:
         self._out = mav.MAVLink(None, srcSystem=1, srcComponent=COMPANION)
+        self.carry(correction_message)
+
+    def carry(self, correction_message: str) -> None:
+        """Which message carries corrections from now on."""
         self._as_debug_vect = correction_message == CORRECTION_MESSAGES[0]
 
     @property

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.errors import InputError
-from dob_companion.mavlink import AppliedMoment, Codec, GyroSample, Heartbeat
+from dob_companion.mavlink import AppliedMoment, Codec, GyroSample, Heartbeat, profiles
 from dob_companion.mavlink.spoken import Correction, SpokenReader, Telemetry, Text
 from dob_companion.supervisor import State
 
@@ -93,6 +93,10 @@ class Origin(Protocol):
         """Text of the design.json."""
 
     @property
+    def profile(self) -> str:
+        """The profile that was asked for."""
+
+    @property
     def datagrams(self) -> bool:
         """Whether the link delivered whole datagrams."""
 
@@ -102,7 +106,7 @@ class FlightReader:
 
     def __init__(self) -> None:
         self._first: Origin | None = None
-        self._codec = Codec()
+        self._codec, self._asked_profile = Codec(), profiles.AUTO
         self._spoken = SpokenReader()
         self._state = State.DISABLED
         self._thrust = 0.0
@@ -118,11 +122,16 @@ class FlightReader:
     def began(self, segment: Origin) -> None:
         """A segment begins."""
         self._first = self._first or segment
-        self._codec = Codec(self._codec.system, datagrams=segment.datagrams)
+        profile = profiles.at_first(segment.profile) if self._codec.system is None else self._codec.profile
+        self._asked_profile = segment.profile
+        self._codec = Codec(self._codec.system, profile=profile, datagrams=segment.datagrams)
 
     def checkpoint(self, state: Mapping[str, Any]) -> None:
         """The recorded state tells which vehicle is obeyed and where the supervisor stands."""
         self._codec.system = state.get("_codec.system", self._codec.system)
+        flown = state.get("_codec.profile")
+        if flown is not None:
+            self._codec.profile = profiles.named(flown["Profile"])
         named = state.get("loop.supervisor.state", {"enum": ["", "", "DISABLED"]})
         self._state = State[named["enum"][2]]
 
@@ -141,8 +150,10 @@ class FlightReader:
                 case AppliedMoment():
                     self._thrust = fact.thrust
                     self._ages.append(fact.age_samples if fact.age_samples >= 0.0 else np.nan)
-                case Heartbeat() if self._codec.system is None and fact.autopilot:
-                    self._codec.system = fact.system
+                case Heartbeat() if self._codec.system is None and fact.make:
+                    profile = profiles.choose(self._asked_profile, fact.make)
+                    if profile is not None:
+                        self._codec.system, self._codec.profile = fact.system, profile
 
     def said(self, message: bytes) -> None:
         """The companion answered."""

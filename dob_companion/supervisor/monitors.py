@@ -161,7 +161,8 @@ class Hysteresis:
 
 
 class LinkGate:
-    """Whether the link is as fast and as prompt as the design needs (docs/interfaces.md, Inputs by profile).
+    """Whether the link is as fast and as prompt as the design needs (docs/interfaces.md, What must hold before it
+    injects).
 
     Injecting may begin at 95 % of the design's rate and goes on down to 90 %; the median delay must not exceed
     `delay_samples + 1`, its 95th percentile not `delay_samples + delay_margin_samples`. A vehicle that may have been

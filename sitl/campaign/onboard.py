@@ -12,7 +12,7 @@ from dob_companion.artifact import DobDesign
 from dob_companion.companion.core import TELEMETRY_EVERY
 from dob_companion.companion.dob import Answer, DobLoop
 from dob_companion.companion.parameters import Parameters
-from dob_companion.mavlink import AppliedMoment, FlightState, GyroSample, ParamWrite, Sender
+from dob_companion.mavlink import AppliedMoment, FlightState, GyroSample, Landed, ParamWrite, Sender
 from dob_companion.supervisor import State
 from sitl.attitude import Vector
 from sitl.autopilot.imu import Gyro
@@ -68,7 +68,7 @@ class Onboard:
         now = sample.stamp_us * 1e-6
         if self._samples % REPORT_EVERY == 0:
             loop.watch.regime.heartbeat(flight.vehicle.armed, now)
-            loop.watch.flight_state(FlightState(landed_state(flight.vehicle), forward=False), now)
+            loop.watch.flight_state(FlightState(Landed(landed_state(flight.vehicle)), forward=False), now)
         self._samples += 1
         if flight.channel.pair_lost and not self._prompt:
             return

@@ -6,9 +6,10 @@ import tomllib
 from pathlib import Path
 
 from dob_companion.companion import PARAMETERS, CompanionConfig, parse_config
+from dob_companion.mavlink import profiles
 
 EXAMPLE = Path(__file__).parents[2] / "deploy" / "dob-companion.toml"
-WITHOUT_DEFAULT = {"system", "state_directory", "signing_key_file"}
+WITHOUT_DEFAULT = {"system", "correction_message", "state_directory", "signing_key_file"}
 """Keys whose absence means something, so that the example shows an example instead."""
 
 
@@ -44,4 +45,5 @@ def test_the_values_shown_are_the_defaults():
     for field in dataclasses.fields(default):
         if field.name not in WITHOUT_DEFAULT | {"parameters"}:
             assert getattr(shown, field.name) == getattr(default, field.name), field.name
+    assert shown.correction_message == profiles.FALLBACK.carrier
     assert shown.parameters == {spec.name: spec.default for spec in PARAMETERS if not spec.read_only}

@@ -39,6 +39,7 @@ class Road:
     gate: object = None
     extra: tuple = ()
     design: object = None
+    profile: str = "auto"
     sent: list = field(default_factory=list)
 
     def __post_init__(self):
@@ -62,7 +63,7 @@ class Road:
 
     def listen(self, seconds=3.0):
         """The diagnosis, and the Listening behind it."""
-        listening = Listening(DT, seconds, self.design, now=0.0, gate=self.gate)
+        listening = Listening(DT, seconds, self.design, now=0.0, gate=self.gate, profile=self.profile)
         now, vehicle, k, next_beat = 0.0, 0.0, 0, 0.0
         while listening.stage is not Stage.DONE and now < 60.0:
             if self.heartbeat and now >= next_beat:
