@@ -2,6 +2,8 @@
 
 import dataclasses
 import math
+import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -193,6 +195,12 @@ class Flying(Aircraft):
 def test_names_are_unique_and_those_of_the_command_line():
     assert len({*profiles.NAMES}) == len(profiles.NAMES)
     assert run.PROFILES == profiles.NAMES
+
+
+def test_the_contract_lists_them_all():
+    text = (Path(__file__).parents[2] / "docs" / "interfaces.md").read_text(encoding="utf-8")
+    listed = re.search(r"### Profiles\n(.*?)\n### ", text, flags=re.DOTALL).group(1)
+    assert re.findall(r"^\| `(\w+)`", listed, flags=re.MULTILINE) == list(profiles.NAMES)
 
 
 def test_no_make_is_claimed_by_two():
