@@ -60,6 +60,7 @@ def test_a_file_named_as_a_folder_is_one_error(tmp_path):
         (b"", "an empty file"),
         (b'{"schema": ', ""),
     ],
+    ids=["trace", "tlog", "ulog", "bin", "empty", "json"],
 )
 def test_a_file_is_told_by_its_first_bytes(start, kind, tmp_path):
     path = tmp_path / "x.dobtrace"
