@@ -91,6 +91,7 @@ class Onboard:
             self._give(answer)
 
     def _give(self, answer: Answer) -> None:
+        self._loop.answer_left(answer.stamp_us)
         correction = _SINGLES.unpack(_SINGLES.pack(*answer.correction))
         self._flight.answer(self._stamping.exact(answer.stamp_us), correction)
 
