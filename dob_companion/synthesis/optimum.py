@@ -68,7 +68,7 @@ def _established(posed: EstimationProblem) -> Optimum:
             break
         seen.append(_numbers(white, solution, low))
     if best is None or least > AGREEMENT:
-        raise UnsolvableError(f"gamma_star could not be established: {'; '.join(seen)}")
+        raise UnsolvableError(f"gamma_star could not be established: {'; '.join(dict.fromkeys(seen))}")
     return best
 
 
