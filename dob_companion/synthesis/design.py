@@ -7,7 +7,7 @@ from typing import Any
 import dob_companion
 from dob_companion.artifact import AXES, Certificate, DobBlock, DobDesign, certificate_table, check_flyable, dumps
 from dob_companion.artifact import Problem as StoredProblem
-from dob_companion.errors import DobError, NotCertifiedError, SpecError, placed
+from dob_companion.errors import DobError, NotCertifiedError, NotConvergedError, RefusedError, SpecError, placed
 from dob_companion.synthesis.certificate import Claim, certify
 from dob_companion.synthesis.inputs import discrete_system, link_delays, require_options
 from dob_companion.synthesis.model_file import Reader
@@ -222,12 +222,13 @@ def _certified(problem: Problem, backoff: float, largest_order: int | None) -> t
 
 def _full_order(problem: Problem, optimum: Optimum, claim: Claim) -> tuple[Any, Certificate]:
     backoff = claim.backoff
-    failures = [NotCertifiedError(f"no observer found within {backoff:g} of gamma_star {optimum.gamma_star:.7g}")]
+    none = f"no observer found within {backoff:g} of gamma_star {optimum.gamma_star:.7g}"
+    failures: list[RefusedError] = [NotCertifiedError(none)]
     for candidate in candidates(optimum, backoff):
         for tolerance in HIDDEN:
             try:
                 observer = minimal(candidate, tolerance)
                 return observer, certify(problem, observer, claim)
-            except NotCertifiedError as failure:
+            except (NotCertifiedError, NotConvergedError) as failure:
                 failures.append(failure)
     raise failures[min(1, len(failures) - 1)]  # the first real one: it came closest

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dob_companion.errors import UnsolvableError
+from dob_companion.errors import NotConvergedError, UnsolvableError
 from dob_companion.synthesis.lmi import LmiSolution, solve_lmi
 from dob_companion.synthesis.plant import EstimationProblem, estimation_problem
 from dob_companion.synthesis.problem import Problem
@@ -56,7 +56,7 @@ def _established(posed: EstimationProblem) -> Optimum:
     for floor in FLOORS:
         try:
             white = whitened(posed, floor)
-        except np.linalg.LinAlgError as trouble:
+        except (np.linalg.LinAlgError, NotConvergedError) as trouble:
             seen.append(str(trouble))
             continue
         solution = solve_lmi(white.problem)
@@ -76,7 +76,7 @@ def candidates(optimum: Optimum, backoff: float) -> Iterator[Any]:
     """Observers expected within backoff * gamma_star: central ones first, which do not ring, then the LMI's own."""
     if optimum.still is not None:
         for stirred in optimum.still.stirred():
-            with contextlib.suppress(np.linalg.LinAlgError):
+            with contextlib.suppress(np.linalg.LinAlgError, NotConvergedError):
                 yield from _central(optimum.gamma_star, backoff, stirred, whitened(stirred))
         return
     white, posed = optimum.white, optimum.problem
