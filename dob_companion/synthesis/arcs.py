@@ -90,26 +90,21 @@ class Arcs:
     @classmethod
     def around(cls, system: Any, middle: Array, half: Array, scaling: Scaling | None = None) -> "Arcs":
         """The arcs middle ± half (rad per sample, half < pi / 2)."""
-        n, z, t = system.nstates, np.exp(1j * middle)[:, None, None], np.tan(half / 2.0)
+        n, z, t = system.nstates, np.exp(1j * middle)[:, None, None], np.tan(half / 2.0)[:, None, None]
         R = np.linalg.inv(z * np.eye(n) - system.A)
-        X, Y, W = R @ system.B, system.C @ R, 2.0 * z * R - np.eye(n)
-        turn, V = -1j * t[:, None, None], X
-        terms, share = [system.D + system.C @ X], 2.0 * z
-        for _ in range(ORDER):
-            share = share * turn
-            terms.append(share * (Y @ V))
-            V = W @ V
-        left = np.zeros((len(t), V.shape[2]))
-        power = t[:, None] ** (ORDER + 1)
-        for _ in range(POWER):
-            left = left + power * np.linalg.norm(V, axis=1)
-            power, V = power * t[:, None], W @ V
-        for _ in range(POWER.bit_length() - 1):
-            W = W @ W
-        room = 1.0 - t**POWER * np.linalg.norm(W, axis=(1, 2))
-        with np.errstate(divide="ignore"):
-            left = left / np.maximum(room, 0.0)[:, None]
-        beyond = 2.0 * np.linalg.norm(Y, axis=2)[:, :, None] * left[:, None, :]
+        X, Y, tW = R @ system.B, system.C @ R, t * (2.0 * z * R - np.eye(n))
+        terms, V = [system.D + system.C @ X], 2.0 * z * t * X
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what overflows is no bound
+            for k in range(1, ORDER + 1):
+                terms.append((-1j) ** k * (Y @ V))
+                V = tW @ V
+            left = np.zeros((len(middle), V.shape[2]))
+            for _ in range(POWER):
+                left, V = left + np.linalg.norm(V, axis=1), tW @ V
+            for _ in range(POWER.bit_length() - 1):
+                tW = tW @ tW
+            left = left / np.maximum(1.0 - np.linalg.norm(tW, axis=(1, 2)), 0.0)[:, None]
+        beyond = np.linalg.norm(Y, axis=2)[:, :, None] * left[:, None, :]
         sizes = np.abs(Y) @ (np.eye(n) + np.abs(system.A)) @ np.abs(X) + np.abs(system.D)
         d = np.ones((len(t), 1)) if scaling is None else scaling(terms[0], sizes)
         ratio = d[:, :, None] / d[:, None, :]

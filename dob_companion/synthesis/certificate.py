@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from dob_companion.artifact import Certificate
 from dob_companion.artifact.flyable import GREATEST_COMMAND_LEAK
-from dob_companion.errors import NotCertifiedError
+from dob_companion.errors import NotCertifiedError, NotConvergedError
 from dob_companion.synthesis.arcs import gain_bracket
 from dob_companion.synthesis.loop import Loop, close_loop
 from dob_companion.synthesis.margins import (
@@ -47,8 +47,16 @@ def certify(problem: Problem, observer: Any, claim: Claim) -> Certificate:
     """Measure an observer D(z), inputs [y_n; u_e].
 
     Raises NotCertifiedError when the loop or the observer is unstable, D has a direct path from u_e,
-    the two ways to the norm disagree, gamma exceeds backoff * gamma_star, or a command leaks into d_hat.
+    the two ways to the norm disagree, a norm cannot be bounded, gamma exceeds backoff * gamma_star, or a command leaks
+    into d_hat.
     """
+    try:
+        return _certified(problem, observer, claim)
+    except NotConvergedError as trouble:
+        raise NotCertifiedError(str(trouble)) from trouble
+
+
+def _certified(problem: Problem, observer: Any, claim: Claim) -> Certificate:
     loop = close_loop(problem.plant, problem.controller, observer, problem.delays)
     radius, own = spectral_radius(loop.system.A), spectral_radius(observer.A)
     _require_sound(problem, observer, radius, own)

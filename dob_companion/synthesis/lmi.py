@@ -13,6 +13,7 @@ import cvxpy
 import numpy as np
 from numpy.typing import NDArray
 
+from dob_companion.synthesis.dual import lower_bound
 from dob_companion.synthesis.plant import EstimationProblem
 
 Array = NDArray[np.float64]
@@ -24,7 +25,8 @@ cp: Any = cvxpy  # its own annotations are partial
 class LmiSolution:
     """What the solver returned; nothing here is believed until measured.
 
-    gamma is the level it claims, dual_bound what its dual variable proves from below, up to rounding.
+    gamma is the level it claims, dual_bound what its dual variable proves from below however inaccurate it is
+    (`dual.lower_bound`), 0 for nothing.
     """
 
     status: str
@@ -69,16 +71,5 @@ def solve_lmi(problem: EstimationProblem) -> LmiSolution | None:
     except np.linalg.LinAlgError:
         return None
     gains = K_z if isinstance(K_z, np.ndarray) else np.asarray(K_z.value)
-    bound = _dual_bound(problem, np.asarray(inequality.dual_value))
+    bound = lower_bound(problem, np.asarray(inequality.dual_value)[n : 2 * n + q, n : 2 * n + q])
     return LmiSolution(task.status, float(gamma.value), bound, K, gains, float(task.solver_stats.solve_time or 0.0))
-
-
-def _dual_bound(problem: EstimationProblem, Z: Array) -> float:
-    """-<Z, F(0)> for the dual variable Z of F(x) >= 0, normalized so that gamma's coefficient is one."""
-    n, q = len(problem.A), problem.B.shape[1]
-    Z = (Z + Z.T) / 2.0
-    w, V = np.linalg.eigh(Z)
-    Z = (V * np.maximum(w, 0.0)) @ V.T
-    z = Z[2 * n + q :]
-    weight = float(np.trace(Z[2 * n :, 2 * n :]))
-    return float(-2.0 * (np.sum(z[:, n : 2 * n] * problem.C1) + np.sum(z[:, 2 * n : 2 * n + q] * problem.D11)) / weight)

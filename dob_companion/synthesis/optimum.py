@@ -9,6 +9,7 @@ import numpy as np
 
 from dob_companion.errors import NotConvergedError, UnsolvableError
 from dob_companion.synthesis.lmi import LmiSolution, solve_lmi
+from dob_companion.synthesis.norms import hinf_norm
 from dob_companion.synthesis.plant import EstimationProblem, estimation_problem
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.rest import Resting, resting
@@ -23,6 +24,7 @@ GOOD_AGREEMENT = 1e-5
 
 BOTH = "smaller of Riccati infeasibility (bisection) and LMI dual (Clarabel)"
 RICCATI = "Riccati infeasibility (bisection); LMI without answer"
+WEAK = "Riccati infeasibility (bisection); LMI dual weaker"
 LMI = "LMI dual (Clarabel); Riccati equation without answer"
 
 
@@ -60,13 +62,13 @@ def _established(posed: EstimationProblem) -> Optimum:
             seen.append(str(trouble))
             continue
         solution = solve_lmi(white.problem)
-        low = _riccati(white, solution.gamma if solution else 1.0)
-        found, gap = _judge(posed, white, solution, low)
+        bracket = _riccati(white, solution.gamma if solution else 1.0)
+        found, gap = _judge(posed, white, solution, bracket)
         if found and gap < least:
             best, least = found, gap
         if least <= GOOD_AGREEMENT:
             break
-        seen.append(_numbers(white, solution, low))
+        seen.append(_numbers(white, solution, bracket))
     if best is None or least > AGREEMENT:
         raise UnsolvableError(f"gamma_star could not be established: {'; '.join(dict.fromkeys(seen))}")
     return best
@@ -93,30 +95,47 @@ def _central(gamma_star: float, backoff: float, posed: EstimationProblem, white:
             yield posed.observer(*white.gains(found.K, found.K_z))
 
 
-def _riccati(white: WhiteProblem, guess: float) -> float | None:
-    """Lower end of the Riccati equation's bracket, in white units; a bad guess costs time only."""
+def _riccati(white: WhiteProblem, guess: float) -> tuple[float, float] | None:
+    """The Riccati equation's bracket, in white units, its upper end measured; a bad guess costs time only."""
     try:
-        return bracket_gamma_star(white.problem, guess)[0]
+        return bracket_gamma_star(white.problem, guess)
     except ArithmeticError:
         return None
 
 
 def _judge(
-    posed: EstimationProblem, white: WhiteProblem, solution: LmiSolution | None, low: float | None
+    posed: EstimationProblem, white: WhiteProblem, solution: LmiSolution | None, bracket: tuple[float, float] | None
 ) -> tuple[Optimum | None, float]:
-    """What the two answers amount to, and how far they are apart (0.5 AGREEMENT when there is but one)."""
-    if low is not None and solution is not None:
-        gap = abs(solution.dual_bound / low - 1.0)
-        return Optimum(white.level * min(low, solution.dual_bound), BOTH, posed, white, solution), gap
-    if low is not None:
-        return Optimum(white.level * low, RICCATI, posed, white, None), 0.5 * AGREEMENT
-    if solution is not None and solution.dual_bound > 0.0:
-        gap = abs(solution.gamma / solution.dual_bound - 1.0)
-        return Optimum(white.level * solution.dual_bound, LMI, posed, white, solution), 0.5 * AGREEMENT + gap
+    """What the two answers amount to, and how far they are apart (0.5 AGREEMENT when there is but one).
+
+    A dual bound above a level that was measured as reached is refuted, one that is far below it says nothing.
+    Infeasible levels of the Riccati equation are refuted where the LMI's own observer measures less.
+    """
+
+    def answer(level: float, method: str, gap: float) -> tuple[Optimum, float]:
+        return Optimum(white.level * level, method, posed, white, solution), gap
+
+    dual = solution.dual_bound if solution else 0.0
+    if bracket is not None:
+        low, reached = bracket
+        if solution is not None and low * (1.0 - AGREEMENT) <= dual <= reached * (1.0 + AGREEMENT):
+            return answer(min(low, dual), BOTH, abs(dual / low - 1.0))
+        if solution is None or _measured(white, solution) > low:
+            return answer(low, RICCATI if solution is None else WEAK, 0.5 * AGREEMENT)
+    if solution is not None and 0.0 < dual <= solution.gamma * (1.0 + AGREEMENT):
+        return answer(dual, LMI, 0.5 * AGREEMENT + abs(solution.gamma / dual - 1.0))
     return None, np.inf
 
 
-def _numbers(white: WhiteProblem, solution: LmiSolution | None, low: float | None) -> str:
-    riccati = "no answer" if low is None else f"{white.level * low:.6g}"
+def _measured(white: WhiteProblem, solution: LmiSolution) -> float:
+    """The norm that the LMI's observer has, in white units."""
+    try:
+        return hinf_norm(white.problem.error_system(solution.K, solution.K_z))[0]
+    except NotConvergedError:
+        return np.inf
+
+
+def _numbers(white: WhiteProblem, solution: LmiSolution | None, bracket: tuple[float, float] | None) -> str:
+    riccati = "no answer" if bracket is None else f"{white.level * bracket[0]:.6g}"
     dual = "no answer" if solution is None else f"{white.level * solution.dual_bound:.6g} ({solution.status})"
     return f"Riccati {riccati}, LMI dual {dual}"

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from dob_companion.errors import NotConvergedError
 from dob_companion.synthesis.norms import hinf_norm
 from dob_companion.synthesis.plant import EstimationProblem
 
@@ -95,7 +96,10 @@ def _search(problem: EstimationProblem, guess: float, *, measured: bool) -> tupl
 
 def _is_reached(problem: EstimationProblem, gamma: float) -> bool:
     found = central_filter(problem, gamma)
-    return found is not None and hinf_norm(problem.error_system(found.K, found.K_z))[0] <= gamma * (1.0 + BRACKET)
+    try:
+        return found is not None and hinf_norm(problem.error_system(found.K, found.K_z))[0] <= gamma * (1.0 + BRACKET)
+    except NotConvergedError:
+        return False
 
 
 def _is_positive(M: Array) -> bool:

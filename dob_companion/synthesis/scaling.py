@@ -4,6 +4,9 @@ Units may differ by 1e6 between channels and integrators stand beside fast modes
 which the error of the Kalman filter of the same problem is white, and so is its innovation, and with z in
 units of that filter's own H-infinity norm, none of that is left: the LMI and the Riccati equation work on
 numbers of order one. The observer does not depend on the coordinates.
+
+One change of coordinates reaches no further than FLOORS. Where the filter's error is smaller than that in some
+direction (companion forms, chains of lags) it is made white in several, each small enough to lose no digits.
 """
 
 from dataclasses import dataclass, replace
@@ -19,6 +22,9 @@ Array = NDArray[np.float64]
 
 FLOORS = (1e-4, 1e-6, 1e-2)
 """Error directions below this share of the largest are treated as if they were of that size; in order of trial."""
+
+PASSES = 6
+"""Changes of coordinates at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,13 +45,33 @@ def whitened(problem: EstimationProblem, floor: float = FLOORS[0]) -> WhiteProbl
     """Change coordinates. Raises LinAlgError when the Kalman filter does not exist."""
     first = rough_scaling(problem)
     rough = problem.transformed(*first)
-    second, K, K_z = _kalman(rough, floor)
+    step, K, K_z, white = _kalman(rough, floor)
     level = hinf_norm(rough.error_system(K, K_z))[0]
     if not 0.0 < level < np.inf:
         raise np.linalg.LinAlgError(f"the Kalman filter of this problem has error norm {level}")
-    T, measure = first[0] @ second[0], second[1] @ first[1]
-    white = problem.transformed(T, measure)
-    return WhiteProblem(replace(white, C1=white.C1 / level, D11=white.D11 / level), T, measure, level)
+    steps = [step] if white else _steps(rough, step, floor)
+    T, measure = first
+    for change, unit in steps:
+        rough, T, measure = rough.transformed(change, unit), T @ change, unit @ measure
+    return WhiteProblem(replace(rough, C1=rough.C1 / level, D11=rough.D11 / level), T, measure, level)
+
+
+def _steps(problem: EstimationProblem, first: tuple[Array, Array], floor: float) -> list[tuple[Array, Array]]:
+    """Changes of coordinates, the first one given, after which all is white; only the first where that cannot be.
+
+    It cannot where the filter knows a direction without any error, as without noise.
+    """
+    steps = [first]
+    for _ in range(PASSES - 1):
+        problem = problem.transformed(*steps[-1])
+        try:
+            step, _, _, white = _kalman(problem, floor)
+        except (np.linalg.LinAlgError, ValueError):
+            break
+        steps.append(step)
+        if white:
+            return steps
+    return [first]
 
 
 def rough_scaling(problem: EstimationProblem) -> tuple[Array, Array]:
@@ -65,8 +91,8 @@ def _or_one(sizes: Array) -> Array:
     return np.where(sizes > 0.0, sizes, 1.0)
 
 
-def _kalman(problem: EstimationProblem, floor: float) -> tuple[tuple[Array, Array], Array, Array]:
-    """Whitening transformations, and the filter's gains."""
+def _kalman(problem: EstimationProblem, floor: float) -> tuple[tuple[Array, Array], Array, Array, bool]:
+    """Whitening transformations, the filter's gains, and whether no direction lies below the floor."""
     A, B, C, D = problem.A, problem.B, problem.C, problem.D21
     R = D @ D.T
     R = R + 1e-12 * np.trace(R) * np.eye(len(R)) + 1e-24 * np.eye(len(R))
@@ -77,4 +103,5 @@ def _kalman(problem: EstimationProblem, floor: float) -> tuple[tuple[Array, Arra
     K = np.linalg.solve(innovation, C @ P @ A.T + D @ B.T).T
     N = problem.direct
     K_z = np.linalg.solve(N.T @ innovation @ N, N.T @ (C @ P @ problem.C1.T + D @ problem.D11.T)).T @ N.T
-    return (T, np.asarray(np.linalg.inv(np.linalg.cholesky(innovation)))), K, K_z
+    unit = np.asarray(np.linalg.inv(np.linalg.cholesky(innovation)))
+    return (T, unit), K, K_z, bool(w[0] >= floor**2 * w[-1])
