@@ -40,7 +40,15 @@ class Text:
     text: str
 
 
-Spoken = Correction | Telemetry | Text
+@dataclass(frozen=True, slots=True)
+class Value:
+    """PARAM_VALUE: one of our parameters as it stands."""
+
+    name: str
+    value: float
+
+
+Spoken = Correction | Telemetry | Text | Value
 
 
 class SpokenReader:
@@ -87,9 +95,14 @@ def _text(m: Any) -> Spoken | None:
     return Text(m.severity, m.text)
 
 
+def _param_value(m: Any) -> Spoken | None:
+    return Value(m.param_id, m.param_value)
+
+
 _READERS: dict[int, Callable[[Any], Spoken | None]] = {
     mav.MAVLINK_MSG_ID_DEBUG_VECT: _debug_vect,
     mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET: _actuator_target,
     mav.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY: _debug_float_array,
     mav.MAVLINK_MSG_ID_STATUSTEXT: _text,
+    mav.MAVLINK_MSG_ID_PARAM_VALUE: _param_value,
 }

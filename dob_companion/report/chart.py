@@ -56,7 +56,10 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """An axis: what it shows, in which unit, from `low` to `high`; `step` fixes the distance of its ticks."""
+    """An axis: what it shows, in which unit, from `low` to `high`; `step` fixes the distance of its ticks.
+
+    With `names` it shows kinds, not a quantity: a tick at each of 0, 1, 2 … bears its name.
+    """
 
     label: str
     unit: str
@@ -64,6 +67,7 @@ class Scale:
     high: float
     log: bool = False
     step: float | None = None
+    names: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:

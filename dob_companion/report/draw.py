@@ -16,12 +16,21 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
+from matplotlib.ticker import (
+    FixedFormatter,
+    FixedLocator,
+    FuncFormatter,
+    LogLocator,
+    MaxNLocator,
+    MultipleLocator,
+    NullLocator,
+)
 
 from dob_companion.report.chart import Array, Chart, Curve, Mark, Panel, envelope
 from dob_companion.report.palette import COLOURS, INK, MUTED, PAPER, RULE
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 48.0, 12.0, 46.0, 40.0
+_LEFT_OF_NAMES = 84.0
 _COL_GAP, _ROW_GAP = 44.0, 30.0
 _FONT = 11.5
 
@@ -87,9 +96,14 @@ def data(chart: Chart) -> str:
 
 def box(chart: Chart, panel: Panel) -> tuple[float, float, float, float]:
     """Left, top, width and height of a panel's axes in the SVG's pixels, y downwards."""
-    x, w = _share(chart.width - _LEFT - _RIGHT, chart.col_widths, panel.col, _COL_GAP)
+    left = _left(chart)
+    x, w = _share(chart.width - left - _RIGHT, chart.col_widths, panel.col, _COL_GAP)
     y, h = _share(chart.height - _TOP - _BOTTOM, chart.row_heights, panel.row, _ROW_GAP)
-    return round(_LEFT + x, 2), round(_TOP + y, 2), round(w, 2), round(h, 2)
+    return round(left + x, 2), round(_TOP + y, 2), round(w, 2), round(h, 2)
+
+
+def _left(chart: Chart) -> float:
+    return _LEFT_OF_NAMES if any(panel.y.names for panel in chart.panels) else _LEFT
 
 
 def _share(total: float, weights: tuple[float, ...], index: int, gap: float) -> tuple[float, float]:
@@ -158,6 +172,9 @@ def _scales(axes: Axes, panel: Panel) -> None:
             (axes.set_xscale if axis is axes.xaxis else axes.set_yscale)("log")
             axis.set_major_locator(LogLocator(10.0, numticks=12))
             axis.set_minor_locator(NullLocator())
+        elif scale.names:
+            axis.set_major_locator(FixedLocator(range(len(scale.names))))
+            axis.set_major_formatter(FixedFormatter(scale.names))
         elif scale.step:
             axis.set_major_locator(MultipleLocator(scale.step))
         else:
@@ -181,7 +198,7 @@ def _legend(figure: Figure, chart: Chart) -> None:
         list(named.values()),
         list(named),
         loc="upper left",
-        bbox_to_anchor=((_LEFT - 4) / chart.width, 1.0 - 1.0 / chart.height),
+        bbox_to_anchor=((_left(chart) - 4) / chart.width, 1.0 - 1.0 / chart.height),
         ncols=len(named),
         frameon=False,
         borderaxespad=0.0,
@@ -240,7 +257,13 @@ def _panel_object(chart: Chart, panel: Panel, xs: list[Array]) -> dict[str, Any]
         "bottom": _is_bottom(chart, panel),
         "title": panel.title,
         "x": {"unit": panel.x.unit, "label": panel.x.label, "lim": [panel.x.low, panel.x.high], "log": panel.x.log},
-        "y": {"unit": panel.y.unit, "label": panel.y.label, "lim": [panel.y.low, panel.y.high], "log": panel.y.log},
+        "y": {
+            "unit": panel.y.unit,
+            "label": panel.y.label,
+            "lim": [panel.y.low, panel.y.high],
+            "log": panel.y.log,
+            "names": panel.y.names,
+        },
         "curves": curves,
         "bands": bands,
         "marks": [{"x": m.x, "y": m.y, "label": m.label} for m in panel.marks],

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from dob_companion.artifact import AXES
+from dob_companion.companion.flown import with_holes
 from dob_companion.report.chart import Array, Band, Chart, Curve, Mark, Panel, Scale, envelope, symmetric
 from dob_companion.report.recorded import RecordedFlight
 from dob_companion.report.recorded_values import OFF_STATES, ON_STATES, Spectrum, intervals_ms
@@ -21,35 +22,30 @@ _LEAST_COUNT = 0.7
 def timeline(flight: RecordedFlight) -> Chart:
     """State, estimate and correction over time."""
     x = Scale("time", "s", 0.0, _end(flight))
-    busy = len(flight.changes) > _MOST_MARKS
-    marks = () if busy else tuple(Mark(x=change.time) for change in flight.changes)
+    marks = _marks(flight)
+    names = tuple(state.name for state in State)
+    stairs = Curve("state", *_stairs(flight), "extra")
     panels = [
         Panel(
-            0,
-            0,
-            x,
-            Scale("state", "number", -0.4, 6.4, step=1.0),
-            (Curve("state", *_stairs(flight), "extra"),),
-            marks=marks,
-            title="DOB_STATE",
+            0, 0, x, Scale("state", "", -0.4, len(names) - 0.6, names=names), (stairs,), marks=marks, title="DOB_STATE"
         )
     ]
+    limit = symmetric([flight.d_hat, flight.correction])
     for i, axis in enumerate(AXES):
-        estimate, taken = flight.d_hat[:, i], -flight.correction[:, i]
-        limit = symmetric([estimate, taken])
         curves = (
-            _trace("estimate d̂", flight.told, estimate, "bound", 1.6),
-            _trace("taken off by the correction", flight.time, taken, "on", 1.2),
+            _trace("estimate d̂", flight.told, flight.d_hat[:, i], "bound", 1.6),
+            _trace("taken off by the correction", flight.time, -flight.correction[:, i], "on", 1.2),
         )
         panels.append(Panel(i + 1, 0, x, Scale("moment", "normalized", -limit, limit), curves, marks=marks, title=axis))
     alt = "State of the companion, and estimate and negative correction of three axes, over the whole flight."
-    return Chart("timeline", alt, tuple(panels), _WIDTH, 720, row_heights=(0.8, 1.0, 1.0, 1.0))
+    return Chart("timeline", alt, tuple(panels), _WIDTH, 760, row_heights=(1.4, 1.0, 1.0, 1.0))
 
 
 def rates(flight: RecordedFlight) -> Chart:
     """Gyro rates over time, coloured by what the companion did."""
     panels = []
     x = Scale("time", "s", 0.0, _end(flight))
+    limit = symmetric([flight.gyro])
     for i, axis in enumerate(AXES):
         values = flight.gyro[:, i]
         off, on = np.isin(flight.state, OFF_STATES), np.isin(flight.state, ON_STATES)
@@ -62,24 +58,24 @@ def rates(flight: RecordedFlight) -> Chart:
             )
             if np.any(kept)
         )
-        limit = symmetric([values])
-        panels.append(Panel(i, 0, x, Scale("body rate", "rad/s", -limit, limit), curves, title=axis))
+        scale = Scale("body rate", "rad/s", -limit, limit)
+        panels.append(Panel(i, 0, x, scale, curves, marks=_restarts(flight), title=axis))
     return Chart("rates", "Gyro rates of three axes.", tuple(panels), _WIDTH, 560, row_heights=(1.0, 1.0, 1.0))
 
 
 def spectra(off: Spectrum, on: Spectrum) -> Chart:
     """Amplitude spectra of the gyro rates without and with the observer."""
     panels = []
+    shown = [np.sqrt(each.density[1:]) for each in (off, on)]
+    peak = float(max(np.max(each) for each in shown))
+    floor = max(1e-4 * peak, 1e-9)
+    y = Scale("body rate", "rad/s/√Hz", floor, max(1.5 * peak, 10.0 * floor), log=True)
+    x = Scale("frequency", "Hz", float(off.hz[1]), float(off.hz[-1]), log=True)
     for i, axis in enumerate(AXES):
-        shown = [np.sqrt(each.density[1:, i]) for each in (off, on)]
-        peak = float(np.max(np.concatenate(shown)))
-        floor = max(1e-4 * peak, 1e-9)
-        y = Scale("body rate", "rad/s/√Hz", floor, max(1.5 * peak, 10.0 * floor), log=True)
         curves = (
-            Curve("DISABLED or TRACKING", off.hz[1:], np.maximum(shown[0], floor), "off"),
-            Curve("ACTIVE", on.hz[1:], np.maximum(shown[1], floor), "on"),
+            Curve("DISABLED or TRACKING", off.hz[1:], np.maximum(shown[0][:, i], floor), "off"),
+            Curve("ACTIVE", on.hz[1:], np.maximum(shown[1][:, i], floor), "on"),
         )
-        x = Scale("frequency", "Hz", float(off.hz[1]), float(off.hz[-1]), log=True)
         panels.append(Panel(0, i, x, y, curves, title=axis))
     alt = "Amplitude spectra of the gyro rates, observer off and on, three axes."
     return Chart("spectra", alt, tuple(panels), _WIDTH, 380, col_widths=(1.0, 1.0, 1.0))
@@ -122,6 +118,7 @@ def _trace(name: str, time: Array, values: Array, role: str, width: float) -> Cu
     """A curve that keeps its peaks, and its gaps, in a few thousand points."""
     if not np.any(np.isfinite(values)):
         return Curve(name, np.zeros(0), np.zeros(0), role, width=width)
+    time, values = with_holes(time, values)
     edges = [0, *(np.flatnonzero(np.diff(np.isfinite(values).astype(np.int8))) + 1).tolist(), len(values)]
     xs, ys = [], []
     for a, b in pairwise(edges):
@@ -134,10 +131,22 @@ def _trace(name: str, time: Array, values: Array, role: str, width: float) -> Cu
 
 
 def _stairs(flight: RecordedFlight) -> tuple[Array, Array]:
-    first = State(int(flight.state[0]))
-    times = np.array([0.0, *(change.time for change in flight.changes), flight.seconds])
-    levels = np.array([first, *(change.state for change in flight.changes)], dtype=np.float64)
+    """The state from the first sample to the end of the recording, whether samples came or not."""
+    shown = [change for change in flight.changes if change.time > 0.0]
+    times = np.array([0.0, *(change.time for change in shown), flight.seconds])
+    levels = np.array([flight.state[0], *(change.state for change in shown)], dtype=np.float64)
     return np.repeat(times, 2)[1:-1], np.repeat(levels, 2)
+
+
+def _marks(flight: RecordedFlight) -> tuple[Mark, ...]:
+    """A line at each change of state, unless there are too many, and at each restart."""
+    busy = len(flight.changes) > _MOST_MARKS
+    changes = () if busy else tuple(Mark(x=change.time) for change in flight.changes if change.time > 0.0)
+    return (*changes, *_restarts(flight))
+
+
+def _restarts(flight: RecordedFlight) -> tuple[Mark, ...]:
+    return tuple(Mark(x=time, label="clock restarts") for time in flight.restarts)
 
 
 def _end(flight: RecordedFlight) -> float:

@@ -3,6 +3,8 @@
 import numpy as np
 
 from dob_companion.artifact import AXES
+from dob_companion.companion.flown import HOLE_SAMPLES, happenings, holes
+from dob_companion.companion.parameters import in_words
 from dob_companion.report import recorded_charts as charts
 from dob_companion.report.page import PageFigure, figure, render
 from dob_companion.report.recorded import RecordedFlight
@@ -14,8 +16,12 @@ from dob_companion.report.recorded_values import (
     intervals_ms,
     spectrum,
     time_in_states,
+    without_samples,
 )
 from dob_companion.report.words import number, plural
+
+MOST_CHANGES = 12
+"""Changes of state up to which they are told one by one."""
 
 
 def recorded_page(flight: RecordedFlight, name: str) -> str:
@@ -35,6 +41,8 @@ def recorded_page(flight: RecordedFlight, name: str) -> str:
         facts=_facts(flight),
         states=_states(flight),
         changes=[(f"{change.time:.3f}", change.state.name, change.reason) for change in flight.changes],
+        happened=_happened(flight),
+        settings=_settings(flight),
         timeline=_timeline(flight),
         rates=_rates(flight),
         histograms=_histograms(flight),
@@ -49,9 +57,15 @@ def _facts(flight: RecordedFlight) -> list[tuple[str, str]]:
     steps, ages = intervals_ms(flight), flight.ages[np.isfinite(flight.ages)]
     turns = 1e6 * flight.took
     answered = int(np.sum(np.all(np.isfinite(flight.correction), axis=1)))
+    gaps = holes(flight.time)
+    usual = steps[steps <= HOLE_SAMPLES * float(np.median(steps))]
     return [
         ("gyro samples", f"{len(flight.time)}, {answered} of them answered"),
-        ("sample rate", f"{number(1e3 / float(np.mean(steps)), 4, 'Hz')} on the vehicle's stamps"),
+        ("sample rate", f"{number(1e3 / float(np.mean(usual)), 4, 'Hz')} on the vehicle's stamps, holes left out"),
+        ("holes", f"{plural(int(gaps.sum()), 'hole')} in the samples, {_seconds(without_samples(flight))} s in all")
+        if without_samples(flight) > 0.0
+        else ("holes", "none in the samples"),
+        *(("restart", f"the vehicle's clock began anew at {_seconds(at)} s") for at in flight.restarts),
         ("delay", _quantiles(ages, "samples") + ", the age of a correction when it acts"),
         ("turn of the loop", _quantiles(turns, "µs") + ", from waking to the last byte sent"),
         ("largest correction", number(_largest(flight.correction), 3) + " of normalized torque"),
@@ -72,8 +86,37 @@ def _largest(values: np.ndarray) -> float:
 
 def _states(flight: RecordedFlight) -> list[tuple[str, str, str]]:
     times = time_in_states(flight)
-    total = sum(times.values()) or 1.0
-    return [(state.name, f"{time:.2f}", f"{100.0 * time / total:.1f}") for state, time in times.items()]
+    total = flight.seconds or 1.0
+    rows = [(state.name, time) for state, time in times.items()]
+    if (lost := without_samples(flight)) > 0.0:
+        rows.append(("no samples", lost))
+    return [(name, _seconds(time), f"{100.0 * time / total:.1f}") for name, time in rows]
+
+
+def _happened(flight: RecordedFlight) -> list[tuple[str, str, str, str]]:
+    """Many changes told shortly: what, how often, from when to when. Empty where a plain list is short enough."""
+    if len(flight.changes) <= MOST_CHANGES:
+        return []
+    rows = []
+    for one in happenings(flight.changes):
+        when = _seconds(one.first) if one.times == 1 else f"{_seconds(one.first)} … {_seconds(one.last)}"
+        rows.append((one.state.name, one.reason, "once" if one.times == 1 else f"{one.times} times", when))
+    return rows
+
+
+def _settings(flight: RecordedFlight) -> list[tuple[str, str, str]]:
+    return [
+        (
+            "start" if np.isinf(one.time) else _seconds(one.time),
+            one.name,
+            f"{one.value:g}" + (f" ({words})" if (words := in_words(one.name, one.value)) else ""),
+        )
+        for one in flight.settings
+    ]
+
+
+def _seconds(value: float) -> str:
+    return f"{value:.2f}".replace("-", "−")
 
 
 def _comparison(off: Spectrum, on: Spectrum) -> list[tuple[str, list[tuple[str, str, str]]]]:
@@ -97,9 +140,9 @@ def _timeline(flight: RecordedFlight) -> PageFigure:
     return figure(
         charts.timeline(flight),
         "What it did.",
-        "State (0 DISABLED, 1 WAITING, 2 TRACKING, 3 RAMP_IN, 4 ACTIVE, 5 RAMP_OUT, 6 FAULT), the estimate d_hat as "
-        "sent by telemetry, and what the answers to the gyro samples took off the moment: minus the correction "
-        "f · a · clip(−g · d_hat, ±limit), so that both lie on each other where nothing is faded or limited.",
+        "State, the estimate d_hat as sent by telemetry, and what the answers to the gyro samples took off the moment: "
+        "minus the correction f · a · clip(−g · d_hat, ±limit), so that both lie on each other where nothing is faded "
+        "or limited. All three axes on one scale; where nothing came, nothing is drawn.",
     )
 
 

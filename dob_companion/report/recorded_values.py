@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
+from dob_companion.companion.flown import HOLE_SAMPLES, holes
 from dob_companion.report.recorded import Array, RecordedFlight
 from dob_companion.supervisor import State
 
@@ -20,9 +21,6 @@ BANDS_HZ = ((0.25, 1.0), (1.0, 5.0), (5.0, 10.0), (10.0, 25.0), (25.0, 50.0))
 
 STRETCH = 1024
 """Samples of one periodogram: 4 s at 250 Hz, a resolution of a quarter of a hertz."""
-
-GAP_SAMPLES = 2.5
-"""An interval of so many sample times ends a stretch."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,9 +41,14 @@ class Spectrum:
 
 
 def time_in_states(flight: RecordedFlight) -> dict[State, float]:
-    """Seconds in each state that occurred; a pause in the samples counts for the state before it."""
-    lengths = np.diff(flight.time)
+    """Seconds in each state that occurred, while samples came; holes count for none."""
+    lengths = np.where(holes(flight.time), 0.0, np.diff(flight.time))
     return {state: float(lengths[flight.state[:-1] == state].sum()) for state in State if np.any(flight.state == state)}
+
+
+def without_samples(flight: RecordedFlight) -> float:
+    """Seconds of the recording in which no samples came: holes, and what follows the last one."""
+    return float(np.diff(flight.time)[holes(flight.time)].sum() + flight.seconds - flight.time[-1])
 
 
 def spectrum(flight: RecordedFlight, states: tuple[State, ...]) -> Spectrum | None:
@@ -53,7 +56,7 @@ def spectrum(flight: RecordedFlight, states: tuple[State, ...]) -> Spectrum | No
     chosen = np.isin(flight.state, states) & flight.flying & np.all(np.isfinite(flight.gyro), axis=1)
     interval = _interval_s(flight)
     total, samples = np.zeros((STRETCH // 2 + 1, 3)), 0
-    for rows in _stretches(flight.stamp_us, chosen, GAP_SAMPLES * interval):
+    for rows in _stretches(flight.stamp_us, chosen, HOLE_SAMPLES * interval):
         time = 1e-6 * (flight.stamp_us[rows] - flight.stamp_us[rows.start])
         grid = np.arange(0.0, time[-1], interval)
         if len(grid) < STRETCH:
@@ -68,7 +71,7 @@ def spectrum(flight: RecordedFlight, states: tuple[State, ...]) -> Spectrum | No
 
 
 def intervals_ms(flight: RecordedFlight) -> Array:
-    """Intervals between gyro stamps on the vehicle's clock; those of a restarted clock are left out."""
+    """Intervals between gyro stamps on the vehicle's clock, holes included; those of a restarted clock are left out."""
     steps: Array = np.diff(flight.stamp_us) * 1e-3
     return steps[steps > 0.0]
 

@@ -11,8 +11,9 @@ from dob_companion.errors import InputError
 from dob_companion.files.playback import play
 from dob_companion.files.segments import traces_at
 from dob_companion.report.recorded import FlightReader
+from dob_companion.report.recorded_charts import rates, timeline
 from dob_companion.report.recorded_page import recorded_page
-from dob_companion.report.recorded_values import OFF_STATES, ON_STATES, spectrum, time_in_states
+from dob_companion.report.recorded_values import OFF_STATES, ON_STATES, spectrum, time_in_states, without_samples
 from dob_companion.supervisor import State
 from tests.companion.aircraft import DT, corrections, texts
 from tests.recorder.flights import recorded, run
@@ -103,6 +104,106 @@ def test_a_clock_that_restarts_does_not_turn_the_flight_time_back(tmp_path):
     flight = reader.flight("flight")
     assert np.all(np.diff(flight.time) > 0.0)
     assert flight.seconds == pytest.approx(198 * DT + 2.0, abs=0.05)
+
+
+def read(directory):
+    reader = FlightReader()
+    for path in traces_at(directory):
+        play(path, reader)
+    return reader.flight("flight")
+
+
+def silence(plane, seconds):
+    """Time passes in the daemon; the vehicle says nothing."""
+    for _ in range(round(seconds / 0.05)):
+        plane.now += 0.05
+        plane.listen()
+
+
+@pytest.fixture(scope="module")
+def rebooted(tmp_path_factory):
+    """Injecting, 28 gaps, 8 s without a word while the autopilot reboots, the same stamps again, and 6 s of silence."""
+    directory = tmp_path_factory.mktemp("rebooted")
+    with recorded(directory) as plane:
+        plane.active()
+        plane.rates = (0.2, 0.0, 0.0)
+        plane.pairs(250)
+        plane.write("DOB_GAIN", 0.5)
+        plane.write("DOB_AXES", 3.0)
+        for _ in range(28):
+            plane.sample += 5
+            plane.now += 5 * DT
+            plane.pairs(180)
+        flown, answers = plane.sample, corrections(plane.said)
+        silence(plane, 8.0)
+        plane.rates, plane.sample = (0.1, 0.0, 0.0), 0
+        answers += plane.pairs(1000)
+        silence(plane, 6.0)
+    return answers, flown, read(directory)
+
+
+def test_a_second_boot_with_the_same_stamps_leaves_the_answers_of_the_first_alone(rebooted):
+    answers, _, flight = rebooted
+    again = int(np.flatnonzero(np.diff(flight.stamp_us) < 0)[0]) + 1
+    assert len(flight.stamp_us) - again == 1000
+    assert set(flight.stamp_us[again:]) & set(flight.stamp_us[:again])
+    np.testing.assert_array_equal(flight.correction, [(m.x, m.y, m.z) for m in answers])
+    assert np.any(flight.correction[:again])
+    assert np.any(flight.correction[again:])
+    assert flight.restarts == (pytest.approx(flight.time[again]),)
+
+
+def test_a_pause_counts_for_no_state_and_what_follows_the_last_sample_is_there(rebooted):
+    _, flown, flight = rebooted
+    times, lost = time_in_states(flight), without_samples(flight)
+    assert sum(times.values()) + lost == pytest.approx(flight.seconds)
+    assert lost == pytest.approx(8.0 + 6.0 + 28 * 6 * DT, abs=0.1)
+    assert flight.seconds == pytest.approx((flown + 1000) * DT + 14.0, abs=0.1)
+    tail = [change for change in flight.changes if change.time > flight.time[-1]]
+    assert [change.state for change in tail] == [State.RAMP_OUT, State.WAITING]
+    assert tail[0].time == pytest.approx(flight.time[-1] + 0.5, abs=0.1)
+
+
+def test_no_line_is_drawn_across_a_hole(rebooted):
+    _, _, flight = rebooted
+    drawn = [curve for chart in (timeline(flight), rates(flight)) for panel in chart.panels for curve in panel.curves]
+    for curve in drawn:
+        if curve.name == "state":
+            continue
+        lines = np.isfinite(curve.y[:-1]) & np.isfinite(curve.y[1:])
+        usual = 5 * DT if "estimate" in curve.name else DT
+        assert np.all(np.diff(curve.x)[lines] < 5.0 * usual), curve.name  # peaks are kept, others thinned
+
+
+def test_axes_are_drawn_on_one_scale_and_states_by_name(rebooted):
+    _, _, flight = rebooted
+    state, *moments = timeline(flight).panels
+    assert state.y.names == tuple(each.name for each in State)
+    assert len({(panel.y.low, panel.y.high) for panel in moments}) == 1
+    assert len({(panel.y.low, panel.y.high) for panel in rates(flight).panels}) == 1
+
+
+def test_many_changes_are_told_together_and_settings_with_their_changes(rebooted):
+    page = Page(recorded_page(rebooted[2], "flight"))
+    told = next(row for row in page.rows if row[:2] == ["RAMP_OUT", "gap in samples"])
+    assert told[2] == "28 times"
+    settings = [row for row in page.rows if len(row) == 3 and row[1].startswith("DOB_")]
+    assert ["start", "DOB_GAIN", "1"] in settings
+    assert ["DOB_GAIN", "0.5"] in [row[1:] for row in settings]
+    assert ["DOB_AXES", "3 (roll, pitch)"] in [row[1:] for row in settings]
+    assert [row[0] for row in settings].count("start") == 5
+
+
+def test_samples_that_come_twice_or_late_are_no_samples_of_the_page(tmp_path):
+    with recorded(tmp_path) as plane:
+        plane.heartbeat()
+        plane.pairs(100)
+        plane.deliver(plane.imu(stamp=plane.stamp - 4000))
+        plane.deliver(plane.imu(stamp=plane.stamp - 40_000))
+        plane.pairs(100)
+    flight = read(tmp_path)
+    assert len(flight.time) == 200
+    assert flight.restarts == ()
 
 
 def test_the_page_is_whole_offline_and_says_what_the_comparison_is_worth(flown, capsys, tmp_path):

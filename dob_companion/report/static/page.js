@@ -32,6 +32,7 @@
       set: (a, b) => { if (Math.abs(bend(b) - bend(a)) > 1e-9) axis.lim = a < b ? [a, b] : [b, a]; },
       ticks: (count) => {
         const [low, high] = axis.lim;
+        if (spec.names?.length) return [...spec.names.keys()].filter((v) => v >= low && v <= high);
         if (spec.log && high / low > 8) {
           const marks = [];
           const some = high / low > 200 ? [1] : [1, 2, 5];
@@ -45,7 +46,8 @@
         for (let i = Math.ceil(low / step); i * step <= high + step * 1e-9; i++) marks.push(i * step);
         return marks;
       },
-      label: (v) => String(+v.toPrecision(6)).replace("-", "−"),
+      label: (v) => spec.names?.[v] ?? String(+v.toPrecision(6)).replace("-", "−"),
+      say: (v) => (spec.names?.length ? spec.names[Math.round(v)] ?? "" : `${format(v)} ${spec.unit}`),
     };
     return axis;
   };
@@ -253,7 +255,7 @@
           if (point === null) continue;
           const y = p.y.pixel(point.y);
           if (y >= p.top && y <= p.top + p.height) make("circle", { cx: p.x.pixel(point.x), cy: y, r: 3, fill: c.colour }, p.over);
-          rows.push(this.row(c.colour, p.spec.title && p.spec.title !== c.name ? `${p.spec.title} ${c.name}` : c.name, `${format(point.y)} ${p.spec.y.unit}`));
+          rows.push(this.row(c.colour, p.spec.title && p.spec.title !== c.name ? `${p.spec.title} ${c.name}` : c.name, p.y.say(point.y)));
         }
       }
       return rows;
