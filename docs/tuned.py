@@ -96,8 +96,8 @@ def pitch_table(found: dict[str, DobDesign]) -> Iterator[str]:
     def row(name: str, cells: list[str]) -> str:
         return f"| {name} | {' | '.join(cells)} |"
 
-    yield row("", list(found))
-    yield row("---", ["---"] * len(cases)).replace("| --- |", "| --- |", 1)
+    yield f"| | {' | '.join(found)} |"
+    yield "| --- " * (len(cases) + 1) + "|"
     yield row("link delay, samples", [str(case.block.delay_samples) for case in cases])
     yield row("RMS off / on expected", [f"{case.attenuation(case.vehicle):.2f}" for case in cases])
     yield row(

@@ -15,6 +15,8 @@ import sitl.cli
 import sitl.sweep.cli
 from dob_companion.companion import PARAMETERS
 from docs.__main__ import HERE, PAGES
+from docs.tuned import TABLES
+from tests.comparison import test_docs as tuned
 from tests.demo import test_demo as demo
 from tests.sitl.sweep import test_sampling_zero as sampling_zero
 from tests.sitl.sweep import test_wire as swept
@@ -102,12 +104,14 @@ def test_what_the_readme_says_of_pitch_is_what_the_papers_page_measured():
     assert f"the same seed comes to {tuned} rad on these linear axes, and to {nonlinear} on the nonlinear" in readme
 
 
+TUNED = [f"python -m docs.tuned ({name})" for tables in TABLES.values() for name in tables]
 HELD = {
     "make demo DEMO_ARGS=--fast": demo.test_the_readme_shows_the_table_that_the_command_prints,
     "python -m sitl.sweep.sampling_zero": sampling_zero.test_the_documented_table_is_what_the_command_prints,
     "python -m sitl.sweep --airframe linear -o sweep": swept.test_the_documented_tables_are_what_the_command_prints,
     "python -m sitl.sweep -o sweep": swept.test_the_documented_tables_are_what_the_command_prints,
     "python -m sitl.sweep --flexible -o sweep": swept.test_the_documented_tables_are_what_the_command_prints,
+    **dict.fromkeys(TUNED, tuned.test_the_documented_tables_are_what_the_command_prints),
 }
 """Each table that a page marks as printed by a command, and the test that prints it again."""
 

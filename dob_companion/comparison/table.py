@@ -1,6 +1,7 @@
 """The comparison as text and as JSON."""
 
 import math
+from textwrap import wrap
 from typing import Any
 
 from dob_companion.comparison.evaluate import OFF_NOMINAL, AxisComparison, Row
@@ -12,6 +13,13 @@ RULE = (
     "than the H∞ design."
 )
 UNTUNED = "not held to the rule"
+
+_GROUPS = (
+    ("attenuation", "peak, rad", "n→d̂ RMS", "disk", "delay"),
+    (*(name for name, _ in OFF_NOMINAL), "order"),
+    ("n→d̂ peak", "settings"),
+)
+"""What stands beside the methods in one table, so that each fits a terminal of 80 columns."""
 
 _COLUMNS = (
     "method",
@@ -29,20 +37,15 @@ _COLUMNS = (
 
 def comparison_table(axis: AxisComparison) -> str:
     """One axis as aligned text: a row a method, then who wins which column."""
-    tuned = [_cells(row) for row in axis.rows if row.tuned]
-    plain = [_cells(row) for row in axis.rows if not row.tuned]
-    widths = [max(map(len, column)) for column in zip(_COLUMNS, *tuned, *plain, strict=True)]
     flights = len(axis.rows[0].attenuation)
     lines = [
-        f"{axis.axis}: RMS attitude error off / on, mean ± standard deviation over {flights} "
-        f"flight{'s' * (flights > 1)}; link delay {axis.delay}; peak {axis.peak_off:g} rad with the observer off",
-        _line(_COLUMNS, widths),
-        *(_line(cells, widths) for cells in tuned),
+        f"{axis.axis}: RMS attitude error off / on, link delay {axis.delay}; mean ± standard deviation",
+        f"over {flights} flight{'s' * (flights > 1)} that peak at {axis.peak_off:g} rad with the observer off",
     ]
-    if plain:
-        lines += [f"{UNTUNED}:", *(_line(cells, widths) for cells in plain)]
+    for columns in _GROUPS:
+        lines += [*_group(axis, columns), ""]
     lines += [f"{name}: none ({reason})" for name, reason in axis.absent]
-    lines += [f"  {text}" for text in verdicts(axis)]
+    lines += [line for text in verdicts(axis) for line in wrap(text, 80, initial_indent="  ", subsequent_indent="    ")]
     return "\n".join([*lines, *shortfall_table(axis.shortfall)])
 
 
@@ -144,7 +147,19 @@ def _cells(row: Row) -> tuple[str, ...]:
     )
 
 
-def _line(cells: tuple[str, ...], widths: list[int]) -> str:
-    first, *middle, last = cells
-    aligned = [cell.rjust(width) for cell, width in zip(middle, widths[1:-1], strict=True)]
-    return "  ".join([first.ljust(widths[0]), *aligned, last]).rstrip()
+def _group(axis: AxisComparison, columns: tuple[str, ...]) -> list[str]:
+    """Some columns of all methods, those not held to the rule last."""
+    rows = [[row.name, *(cells(row)[name] for name in columns)] for row in axis.rows]
+    widths = [max(map(len, column)) for column in zip(("method", *columns), *rows, strict=True)]
+
+    def line(cells: list[str]) -> str:
+        aligned = [
+            cell.ljust(width) if name == "settings" else cell.rjust(width)
+            for cell, width, name in zip(cells[1:], widths[1:], columns, strict=True)
+        ]
+        return "  ".join([cells[0].ljust(widths[0]), *aligned]).rstrip()
+
+    lines = [line(["method", *columns])]
+    lines += [line(cells) for row, cells in zip(axis.rows, rows, strict=True) if row.tuned]
+    plain = [line(cells) for row, cells in zip(axis.rows, rows, strict=True) if not row.tuned]
+    return [*lines, f"{UNTUNED}:", *plain] if plain else lines

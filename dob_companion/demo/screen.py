@@ -34,12 +34,12 @@ class Screen(Protocol):
 def certificate_lines(design: DobDesign) -> list[str]:
     """The certificate, a line a block."""
     head = (
-        f"{'block':7}{'gamma*':>9}{'gamma':>9}{'order':>7}{'slowest mode':>14}"
-        f"{'disk margin':>13}{'delay margin':>14}{'bandwidth':>11}"
+        f"{'block':6}{'gamma*':>8}{'gamma':>9}{'order':>6}{'slowest mode':>13}"
+        f"{'disk margin':>12}{'delay margin':>13}{'bandwidth':>10}"
     )
     rows = [
-        f"{block.name:7}{c.gamma_star:>9.5f}{c.gamma:>9.5f}{block.observer.order:>7}{1e3 * c.slowest_mode_s:>11.1f} ms"
-        f"{c.disk_margin:>13.3f}{c.delay_margin_samples:>6} samples{c.estimation_bandwidth_hz:>8.2f} Hz"
+        f"{block.name:6}{c.gamma_star:>8.5f}{c.gamma:>9.5f}{block.observer.order:>6}{1e3 * c.slowest_mode_s:>10.1f} ms"
+        f"{c.disk_margin:>12.3f}{c.delay_margin_samples:>5} samples{c.estimation_bandwidth_hz:>7.2f} Hz"
         for block in design.blocks
         for c in [block.certificate]
     ]

@@ -20,9 +20,8 @@ def result_table(result: Mapping[str, Any], designed_delay: int) -> str:
     ]
     measured = "–" if result["delay_samples"] is None else result["delay_samples"]
     link = (
-        f"delay {measured} samples measured, {designed_delay} designed for;  "
-        f"{result['rate_hz']:.2f} Hz;  {result['samples_lost']} of {result['samples']} samples lost;  "
-        f"seed {result['seed']}, {result['clock']} clock"
+        f"link delay in samples: {measured} measured, {designed_delay} designed for;  {result['rate_hz']:.2f} Hz\n"
+        f"{result['samples_lost']} of {result['samples']} samples lost;  seed {result['seed']}, {result['clock']} clock"
     )
     return "\n".join((head, *rows, link))
 

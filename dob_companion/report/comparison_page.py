@@ -1,6 +1,7 @@
 """The page and the picture of a comparison: what each method attains, what it costs, where it fails."""
 
 import io
+import math
 import re
 from dataclasses import dataclass
 from typing import Any
@@ -42,11 +43,14 @@ _STYLE: dict[Any, Any] = {
     "xtick.color": MUTED,
     "ytick.color": INK,
 }
-_HOLLOW: dict[str, Any] = {"linestyle": "none", "markeredgewidth": 1.0, "markerfacecolor": PAPER}
+_HOLLOW: dict[str, Any] = {"linestyle": "none", "markeredgewidth": 1.0, "markerfacecolor": "none"}
 _MARKS = {
     name: _HOLLOW | {"marker": marker, "markersize": size}
-    for (name, _), marker, size in zip(OFF_NOMINAL, "<>os", (6.0, 6.0, 5.5, 4.5), strict=True)
+    for (name, _), marker, size in zip(OFF_NOMINAL, "<>os", (7.0, 7.0, 5.5, 4.5), strict=True)
 }
+_DOT: dict[str, Any] = {"marker": "o", "markersize": 3.5}
+_NUMBER, _WORDS = 0.17, 0.45
+"""Shares of the attenuation's axis that a number beside its marks takes, and the words on where it is unstable."""
 _DPI = 200
 
 
@@ -171,8 +175,9 @@ def _overview(axis: AxisComparison) -> Figure:
     titles = ("attenuation: RMS attitude error, off / on", "noise in d̂, RMS", "disk margin")
     for axes, title in zip(columns, titles, strict=True):
         _frame(axes, title, rows, at)
+    low, high = _limits(rows)
     for place, row in zip(at, rows, strict=True):
-        _row(columns, row, place)
+        _row(columns, row, place, left=_room_at_left(row, low, high))
     _scales(columns, rows)
     if tuned < len(rows):
         columns[0].text(-0.01, at[tuned] - 0.85, UNTUNED, transform=columns[0].get_yaxis_transform(), ha="right",
@@ -193,43 +198,76 @@ def _frame(axes: Axes, title: str, rows: list[Row], at: list[float]) -> None:
     axes.set_axisbelow(True)
 
 
-def _row(columns: Any, row: Row, place: float) -> None:
+def _row(columns: Any, row: Row, place: float, *, left: bool) -> None:
+    """One method; `left` says on which side of its marks there is room for words."""
     colour = COLOURS["on"] if row.key == "hinf" else INK if row.tuned else MUTED
     first, noise, disk = columns
     for name, value in row.off_nominal.items():
         if value is not None:
             first.plot(value, place, color=colour, **_MARKS[name])
-    first.plot(row.mean, place, "o", color=colour, markersize=6)
-    reached = [value for value in row.off_nominal.values() if value is not None]
+    first.plot(row.mean, place, color=colour, **_DOT)
     label: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8.5, "va": "center"}
-    first.annotate(f"{row.mean:.2f}", (max([row.mean, *reached]), place), (7, 0), color=colour, **label)
+    first.annotate(f"{row.mean:.2f}", (_reach(row)[1], place), (8, 0), color=colour, **label)
     unstable = [name for name, value in row.off_nominal.items() if value is None]
     if unstable:
         words = "unstable: " + ", ".join(unstable).replace(", gain", ",").replace(", delay", ",")
-        place_of = min([row.mean, *reached])
-        first.annotate(words, (place_of, place), (-8, 0), color=COLOURS["off"], ha="right", **(label | {"fontsize": 8}))
-    noise.plot(row.noise_rms, place, "o", color=colour, markersize=6)
-    disk.plot(row.disk_margin, place, "o", color=colour, markersize=6)
+        label |= {"fontsize": 8, "color": COLOURS["off"]}
+        if left:
+            first.annotate(words, (_reach(row)[0], place), (-8, 0), ha="right", **label)
+        else:
+            first.annotate(words, (_reach(row)[1], place), (40, 0), **label)
+    noise.plot(row.noise_rms, place, color=colour, **_DOT)
+    disk.plot(row.disk_margin, place, color=colour, **_DOT)
+
+
+def _reach(row: Row) -> tuple[float, float]:
+    """Least and largest attenuation drawn of a method."""
+    reached = [row.mean, *(value for value in row.off_nominal.values() if value is not None)]
+    return min(reached), max(reached)
+
+
+def _limits(rows: list[Row]) -> tuple[float, float]:
+    """Of the attenuation's axis, logarithmic: as far to the right as each method's words need."""
+    low = min(_reach(row)[0] for row in rows) / 1.25
+
+    def highest(words_at_right: float) -> float:
+        return max(
+            low * (_reach(row)[1] / low) ** (1.0 / (1.0 - _NUMBER - words_at_right * _broken(row))) for row in rows
+        )
+
+    high = max(highest(0.0), 1.5 * low)
+    if all(_room_at_left(row, low, high) for row in rows if _broken(row)):
+        return low, high
+    return low, highest(_WORDS)
+
+
+def _broken(row: Row) -> bool:
+    return None in row.off_nominal.values()
+
+
+def _room_at_left(row: Row, low: float, high: float) -> bool:
+    return math.log(_reach(row)[0] / low) > _WORDS * math.log(high / low)
 
 
 def _scales(columns: Any, rows: list[Row]) -> None:
     first, noise, disk = columns
     first.set_xscale("log")
-    reached = [v for row in rows for v in (row.mean, *row.off_nominal.values()) if v is not None]
-    first.set_xlim(min(reached) / 1.25, max(reached) * 1.5)
-    ticks = [t for t in (1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 100) if min(reached) / 1.25 <= t <= max(reached) * 1.5]
+    low, high = _limits(rows)
+    first.set_xlim(low, high)
+    ticks = [t for t in (1, 2, 3, 5, 10, 20, 30, 50, 100, 200, 500) if low <= t <= max(_reach(row)[1] for row in rows)]
     first.set_xticks(ticks, [str(t) for t in ticks])
     first.minorticks_off()
     noise.set_xscale("log")
-    disk.set_xlim(0.0, 1.1 * max(row.disk_margin for row in rows))
+    most = max(row.disk_margin for row in rows)
+    disk.set_xlim(-0.06 * most, 1.1 * most)  # a margin of nothing is a whole dot too
     reference = next(row for row in rows if row.key == "hinf")
     for axes, value in ((noise, reference.noise_rms), (disk, reference.disk_margin)):
-        axes.margins(x=0.12)
         axes.axvline(value, color=COLOURS["on"], linewidth=0.8, linestyle=(0, (3, 2)), zorder=0)
+    noise.margins(x=0.12)
 
 
 def _legend(axes: Axes) -> None:
-    axes.plot([], [], "o", color=MUTED, markersize=6, label="as designed")
+    axes.plot([], [], color=MUTED, linestyle="none", label="as designed", **_DOT)
     for name, mark in _MARKS.items():
         axes.plot([], [], color=MUTED, label=name, **mark)
     axes.legend(

@@ -1,8 +1,11 @@
 """Figures of a design beside the paper's: Nyquist curve with its disk margin, roots, step and gust."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from dob_companion.report.chart import Array, Chart, Curve, Panel, Scale, rounded, symmetric
+from dob_companion.report.draw import box
 from dob_companion.synthesis.behaviour import Complex, Roots, TimeResponse
 
 _CIRCLE = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 241))
@@ -24,9 +27,8 @@ def nyquist(key: str, hertz: Array, off: Complex, on: Complex, disk_margin: floa
         disk = -(far + near) / 2.0 + (far - near) / 2.0 * _CIRCLE
         curves.insert(0, Curve("", disk.real, disk.imag, "bound", dashed=True))
     curves.insert(0, Curve("", _CIRCLE.real, _CIRCLE.imag, "bound", width=0.7))
-    x, y = Scale("real part", "", -3.2, 1.6, step=1.0), Scale("imaginary part", "", -2.0, 2.0, step=1.0)
     alt = "Nyquist curves near −1, observer off and on, and the disk kept free."
-    return Chart(key, alt, (Panel(0, 0, x, y, tuple(curves)),), 560, 507)
+    return _plane(key, alt, curves, middle=-0.8, reach=2.4, tall=2.0, step=1.0)
 
 
 def pole_zero_map(key: str, plant: Roots, observer: Roots, closed_loop: Complex) -> Chart:
@@ -43,9 +45,19 @@ def pole_zero_map(key: str, plant: Roots, observer: Roots, closed_loop: Complex)
             curves.append(Curve(name, values.real.astype(float), values.imag.astype(float), role, marker=marker))
     # Zeros far out would shrink the circle to a dot.
     reach = min(3.0, symmetric([np.abs(plant.zeros), np.ones(1)], 1.12))
-    x = Scale("real part", "", -max(reach, 1.2), max(reach, 1.2), step=0.5)
-    y = Scale("imaginary part", "", -1.2, 1.2, step=0.5)
-    return Chart(key, "Poles and zeros in the z plane.", (Panel(0, 0, x, y, tuple(curves)),), 560, 420)
+    return _plane(key, "Poles and zeros in the z plane.", curves, middle=0.0, reach=reach, tall=1.2, step=0.5)
+
+
+def _plane(key: str, alt: str, curves: list[Curve], *, middle: float, reach: float, tall: float, step: float) -> Chart:
+    """A part of the complex plane in which a circle is one: `reach` to either side of `middle`, `tall` up and down, and
+    as much more of one of them as equal scales need."""
+    x, y = Scale("real part", "", -1.0, 1.0, step=step), Scale("imaginary part", "", -1.0, 1.0, step=step)
+    chart = Chart(key, alt, (Panel(0, 0, x, y, tuple(curves)),), 560, 500)
+    _, _, width, height = box(chart, chart.panels[0])
+    unit = max(reach / width, tall / height)  # half of the plane's units a pixel
+    x = replace(x, low=middle - unit * width, high=middle + unit * width)
+    y = replace(y, low=-unit * height, high=unit * height)
+    return replace(chart, panels=(replace(chart.panels[0], x=x, y=y),))
 
 
 def time_response(key: str, what: str, r: TimeResponse) -> Chart:

@@ -26,13 +26,20 @@ from matplotlib.ticker import (
     NullLocator,
 )
 
-from dob_companion.report.chart import Array, Chart, Curve, Mark, Panel, envelope
+from dob_companion.report.chart import Array, Chart, Curve, Mark, Panel, Scale, envelope
 from dob_companion.report.palette import COLOURS, INK, MUTED, PAPER, RULE
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 48.0, 12.0, 46.0, 40.0
 _LEFT_OF_NAMES = 84.0
 _COL_GAP, _ROW_GAP = 44.0, 30.0
 _FONT = 11.5
+_X_TICKS, _Y_TICKS, _STEPS = 8, 5, [1, 2, 2.5, 5, 10]
+_TICK, _DIGIT = 8.0, 7.3
+"""Pixels that a tick with its space takes, and a digit of its number at this size (DejaVu Sans, the widest)."""
+
+
+_CLEAR: dict[str, Any] = {"facecolor": PAPER, "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
+"""Behind a word among curves."""
 
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
@@ -96,14 +103,30 @@ def data(chart: Chart) -> str:
 
 def box(chart: Chart, panel: Panel) -> tuple[float, float, float, float]:
     """Left, top, width and height of a panel's axes in the SVG's pixels, y downwards."""
-    left = _left(chart)
-    x, w = _share(chart.width - left - _RIGHT, chart.col_widths, panel.col, _COL_GAP)
+    left, gap = _room_for_ticks(chart)
+    x, w = _share(chart.width - left - _RIGHT, chart.col_widths, panel.col, gap)
     y, h = _share(chart.height - _TOP - _BOTTOM, chart.row_heights, panel.row, _ROW_GAP)
     return round(left + x, 2), round(_TOP + y, 2), round(w, 2), round(h, 2)
 
 
-def _left(chart: Chart) -> float:
-    return _LEFT_OF_NAMES if any(panel.y.names for panel in chart.panels) else _LEFT
+def _room_for_ticks(chart: Chart) -> tuple[float, float]:
+    """Left margin and gap between columns: as much as the numbers beside the y axes need, in pixels."""
+    first = [_tick_width(panel.y) for panel in chart.panels if panel.col == 0]
+    others = [_tick_width(panel.y) for panel in chart.panels if panel.col > 0]
+    return max([_LEFT, *first]), max([_COL_GAP, *(width + _RIGHT for width in others)])
+
+
+def _tick_width(scale: Scale) -> float:
+    """How wide the widest number or name on a y axis is at most, its tick included."""
+    if scale.names:
+        return _LEFT_OF_NAMES
+    if scale.log:
+        return 0.0
+    locator = MultipleLocator(scale.step) if scale.step else MaxNLocator(_Y_TICKS, steps=_STEPS)
+    marks = [float(mark) for mark in locator.tick_values(scale.low, scale.high) if scale.low <= mark <= scale.high]
+    step = min(np.diff(marks), default=1.0)
+    places = next((n for n in range(9) if abs(round(step, n) - step) < 1e-6 * step), 9)
+    return _TICK + _DIGIT * max((len(f"{mark:.{places}f}") for mark in marks), default=0)
 
 
 def _share(total: float, weights: tuple[float, ...], index: int, gap: float) -> tuple[float, float]:
@@ -144,7 +167,9 @@ def _draw_mark(axes: Axes, mark: Mark, gid: str) -> None:
     if mark.x is not None:
         axes.axvline(mark.x, **style)
         place: dict[str, Any] = {"xy": (mark.x, 1.0), "xycoords": ("data", "axes fraction"), "va": "top"}
-        axes.annotate(mark.label, xytext=(4, -3), textcoords="offset points", color=MUTED, gid=gid + "t", **place)
+        behind = _CLEAR | {"gid": gid + "b"}
+        spot: dict[str, Any] = {"xytext": (4, -3), "textcoords": "offset points"}
+        axes.annotate(mark.label, color=MUTED, gid=gid + "t", bbox=behind, **spot, **place)
     if mark.y is not None:
         axes.axhline(mark.y, **style)
 
@@ -167,7 +192,7 @@ def _line(curve: Curve) -> dict[str, Any]:
 def _scales(axes: Axes, panel: Panel) -> None:
     axes.set_xlim(panel.x.low, panel.x.high)
     axes.set_ylim(panel.y.low, panel.y.high)
-    for axis, scale, count in ((axes.xaxis, panel.x, 8), (axes.yaxis, panel.y, 5)):
+    for axis, scale, count in ((axes.xaxis, panel.x, _X_TICKS), (axes.yaxis, panel.y, _Y_TICKS)):
         if scale.log:
             (axes.set_xscale if axis is axes.xaxis else axes.set_yscale)("log")
             axis.set_major_locator(LogLocator(10.0, numticks=12))
@@ -178,7 +203,7 @@ def _scales(axes: Axes, panel: Panel) -> None:
         elif scale.step:
             axis.set_major_locator(MultipleLocator(scale.step))
         else:
-            axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]))
+            axis.set_major_locator(MaxNLocator(count, steps=_STEPS))
         if scale.log:
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.set_xlim(panel.x.low, panel.x.high)
@@ -198,7 +223,7 @@ def _legend(figure: Figure, chart: Chart) -> None:
         list(named.values()),
         list(named),
         loc="upper left",
-        bbox_to_anchor=((_left(chart) - 4) / chart.width, 1.0 - 1.0 / chart.height),
+        bbox_to_anchor=((_room_for_ticks(chart)[0] - 4) / chart.width, 1.0 - 1.0 / chart.height),
         ncols=len(named),
         frameon=False,
         borderaxespad=0.0,

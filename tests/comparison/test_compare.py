@@ -2,6 +2,8 @@
 
 import json
 import re
+from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -10,10 +12,11 @@ from dob_companion.cli.main import main
 from dob_companion.comparison import OFF_NOMINAL, compare, comparison_object, comparison_table
 from dob_companion.comparison.evaluate import expected_attenuation
 from dob_companion.comparison.rational import NotApplicableError
+from dob_companion.comparison.table import UNTUNED
 from dob_companion.comparison.tuning import SLACK, Family, Judge, Knob, tune
 from dob_companion.comparison.vehicle import no_observer
 from dob_companion.errors import SpecError
-from dob_companion.report.comparison_page import comparison_page, comparison_png
+from dob_companion.report.comparison_page import _overview, comparison_page, comparison_png
 from dob_companion.synthesis import design_from_toml
 from tests.comparison.conftest import SEEDS, pitch_text
 from tests.comparison.test_flight import observer_of
@@ -60,8 +63,12 @@ def test_the_best_is_the_one_with_the_most_attenuation(pitch):
 
 
 def test_unstable_is_said_as_such(pitch):
-    line = next(line for line in comparison_table(pitch).splitlines() if line.startswith("open-loop H∞, as stated"))
-    assert line.count("unstable") == 2
+    lines = [line for line in comparison_table(pitch).splitlines() if line.startswith("open-loop H∞, as stated")]
+    assert sum(line.count("unstable") for line in lines) == 2
+
+
+def test_the_table_fits_a_terminal_of_80_columns(pitch):
+    assert max(map(len, comparison_table(pitch).splitlines())) <= 80
 
 
 def test_a_loop_without_stability_has_no_attenuation(designs, vehicle):
@@ -166,3 +173,27 @@ def test_the_command_prints_the_table_and_writes_what_it_says(tmp_path, capsys):
 def test_a_number_of_flights_that_cannot_be_is_refused(seeds, tmp_path, capsys):
     assert main(["compare", str(tmp_path / "none.toml"), "--seeds", seeds]) == 2
     assert "--seeds" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.2])
+def test_in_the_picture_no_words_lie_on_others_or_leave_their_axes(pitch, factor):
+    """Also where the words on what is unstable have no room at the left, as with attenuations a fifth as large."""
+    rows = tuple(
+        replace(
+            r,
+            attenuation=tuple(factor * a for a in r.attenuation),
+            off_nominal={name: a and factor * a for name, a in r.off_nominal.items()},
+        )
+        if r.key == "open_loop_stated"
+        else r
+        for r in pitch.rows
+    )
+    drawn = _overview(replace(pitch, rows=rows))
+    drawn.canvas.draw()
+    for axes in drawn.axes:
+        area = axes.get_window_extent()
+        boxes = [text.get_window_extent() for text in axes.texts if text.get_text() != UNTUNED]
+        assert all(area.x0 <= box.x0 and box.x1 <= area.x1 for box in boxes)
+        dots = [line.get_window_extent() for line in axes.lines if line.get_marker() == "o" and len(line.get_xdata())]
+        assert all(area.x0 <= dot.x0 and dot.x1 <= area.x1 for dot in dots)
+        assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))

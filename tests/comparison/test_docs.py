@@ -1,4 +1,4 @@
-"""The table of docs/comparison.md is what its command finds."""
+"""The tables of docs/comparison.md and docs/tuning.md are what their commands find."""
 
 import re
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from dob_companion.comparison import compare
+from docs.tuned import HERE, TABLES, designs, quoted
 
 PAGE = Path(__file__).parents[2] / "docs" / "comparison.md"
 
@@ -22,3 +23,12 @@ def test_the_documented_table_is_what_the_command_prints(designs):
         assert cells[5] == str(row.order), row.name
         for cell, value in zip(cells[6:10], row.off_nominal.values(), strict=True):
             assert cell == "unstable" if value is None else float(cell) == pytest.approx(value, rel=0.01)
+
+
+@pytest.mark.proof
+def test_the_documented_tables_are_what_the_command_prints():
+    found = designs()
+    for page, tables in TABLES.items():
+        text = (HERE / page).read_text(encoding="utf-8")
+        for name, table in tables.items():
+            assert quoted(text, name) == "\n".join(table(found)), f"{page}: run `python -m docs.tuned --write`"

@@ -42,6 +42,10 @@ def flown(tmp_path_factory):
 
 def test_the_demo_writes_its_results_and_prints_the_same_numbers(flown):
     out, result, finished = flown
+    tables = finished.stdout.partition("\n  /")[0].splitlines()
+    tables += [line for line in finished.stderr.splitlines() if line.startswith(("block", "pitch", "roll", "yaw"))]
+    assert len(tables) == 7 + 4
+    assert max(map(len, tables)) <= 80
     assert {"design.json", "result.json", "report.html", "flight.png", "flight.npz"} <= {p.name for p in out.iterdir()}
     for axis in ("roll", "pitch", "yaw"):
         (row,) = [line for line in finished.stdout.splitlines() if line.startswith(axis)]
@@ -264,7 +268,7 @@ def test_the_result_table_shows_a_dash_where_there_is_no_ratio_and_no_paper():
     for numbers, ratio in zip(axes.values(), (2.0, None), strict=True):
         numbers |= {"peak_ratio": ratio, "rms_ratio": ratio, "paper_ratio": None}
     link = {"delay_samples": None, "rate_hz": 250.0, "samples_lost": 0, "samples": 500, "seed": 1, "clock": "lockstep"}
-    _, head, roll, pitch, _ = result_table({"axes": axes, **link}, 1).splitlines()
+    _, head, roll, pitch, *_ = result_table({"axes": axes, **link}, 1).splitlines()
     assert head.split() == ["axis", "off", "on", "off/on", "off", "on", "off/on"]
     assert roll.split()[1:] == ["0.1000", "0.0500", "2.0", "0.02000", "0.01000", "2.0"]
     assert pitch.split()[1:] == ["0.0000", "0.0000", "–", "0.00000", "0.00000", "–"]

@@ -12,7 +12,7 @@ import pytest
 from dob_companion.report import draw
 from dob_companion.report.chart import Band, Chart, Curve, Panel, Scale
 from tests.browser import CHROMIUM, FLAGS, NAMES
-from tests.report.material import design_html, flight_html, hostile_html
+from tests.report.material import coupled_html, design_html, flight_html, hostile_html
 
 _FLAGS = (
     *FLAGS,
@@ -142,3 +142,27 @@ def test_a_hostile_design_runs_no_script_of_its_own(chromium, tmp_path):
 def test_a_fault_on_the_page_would_be_noticed(chromium, tmp_path):
     _, console = _open(chromium, tmp_path, hostile_html() + '<img src="https://example.invalid/x.png">')
     assert any("Content Security Policy" in line for line in console)
+
+
+_WIDTH = """<script>
+const over = [...document.querySelectorAll("main *")].filter((node) =>
+  node.getBoundingClientRect().right > innerWidth + 1 && !node.closest(".scroll, .table, svg"));
+const seen = [innerWidth, document.documentElement.scrollWidth, ...over.map((node) => node.outerHTML.slice(0, 60))];
+parent.postMessage(seen, "*");
+</script>"""
+
+
+@pytest.mark.parametrize("html", [design_html, flight_html, coupled_html], ids=["design", "flight", "coupled"])
+def test_a_page_does_not_scroll_sideways_on_a_telephone(chromium, tmp_path, html):
+    """In a frame, since no window of the browser is that narrow. Figures and tables scroll within themselves."""
+    (tmp_path / "narrow.html").write_text(html() + _WIDTH, encoding="utf-8")
+    frame = (
+        '<!doctype html><pre id="hand"></pre><script>onmessage = (event) => '
+        '{ document.getElementById("hand").textContent = JSON.stringify(event.data); }</script>'
+        '<iframe src="narrow.html" width="400" height="800"></iframe>'
+    )
+    dom, _ = _open(chromium, tmp_path, frame)
+    inner, needed, *over = json.loads(re.search(r'<pre id="hand">(.*?)</pre>', dom, flags=re.S)[1])
+    assert inner == 400
+    assert needed <= inner, over
+    assert over == []

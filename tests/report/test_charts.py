@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dob_companion.report import draw
+from dob_companion.report import design_charts, draw
 from dob_companion.report.bode_charts import figure_8, figure_10
 from dob_companion.report.chart import Chart, Curve, Mark, Panel, Scale, envelope, rounded, symmetric
 from dob_companion.report.design_page import axis_responses
 from dob_companion.report.flight_charts import figure_13, still_air, switch_time, window_error
 from dob_companion.report.words import number, transfer_function
-from dob_companion.synthesis.behaviour import gust_response, loops_of, open_loop, roots, step_response
+from dob_companion.synthesis.behaviour import Roots, gust_response, loops_of, open_loop, roots, step_response
 from tests.report.material import coupled_design, paper_design, trace
 
 
@@ -118,3 +118,26 @@ def test_a_model_is_written_with_the_roots_it_was_given():
 )
 def test_numbers_are_written_for_people(value, text):
     assert number(value) == text
+
+
+@pytest.mark.parametrize("reach", [0.0, 1.9, 2.9])
+def test_a_circle_in_the_complex_plane_is_one(reach):
+    """As many pixels to the unit along either axis, and the whole unit circle in view."""
+    zeros = Roots(np.array([-reach + 0j]), np.array([1.0 + 0j]), 1.0)
+    curve = np.exp(1j * np.linspace(0.0, 3.0, 20))
+    roots = design_charts.pole_zero_map("roots", zeros, zeros, curve)
+    for chart in (roots, design_charts.nyquist("nyquist", np.arange(20.0), curve, curve, 0.4)):
+        (panel,) = chart.panels
+        _, _, width, height = draw.box(chart, panel)
+        pixels = width / (panel.x.high - panel.x.low), height / (panel.y.high - panel.y.low)
+        assert pixels[0] == pytest.approx(pixels[1], rel=1e-3)
+        assert min(panel.x.high, panel.y.high, -panel.y.low, -panel.x.low) > 1.05
+
+
+def test_numbers_beside_a_right_hand_axis_stay_clear_of_the_panel_at_its_left():
+    x, fine = Scale("time", "s", 0.0, 1.0), Scale("error", "rad", -0.0005, 0.0005)
+    panels = tuple(Panel(0, col, x, fine, (Curve("e", np.arange(2.0), np.zeros(2), "on"),)) for col in (0, 1))
+    chart = Chart("two", "two panels", panels, 1000, 300, col_widths=(1.0, 1.0))
+    left, right = (draw.box(chart, panel) for panel in panels)
+    assert right[0] - (left[0] + left[2]) > 8 + 6 * len("−0.0004")
+    assert left[0] > 8 + 6 * len("−0.0004")
