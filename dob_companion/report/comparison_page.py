@@ -231,7 +231,7 @@ def _limits(rows: list[Row]) -> tuple[float, float]:
     low = min(_reach(row)[0] for row in rows) / 1.25
 
     def highest(words_at_right: float) -> float:
-        return float(max()
+        return max(
             low * (_reach(row)[1] / low) ** (1.0 / (1.0 - _NUMBER - words_at_right * _broken(row))) for row in rows
         )
 
