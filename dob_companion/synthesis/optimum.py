@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dob_companion.errors import NotConvergedError, UnsolvableError
+from dob_companion.errors import UnsolvableError
 from dob_companion.synthesis.lmi import LmiSolution, solve_lmi
 from dob_companion.synthesis.norms import hinf_norm
 from dob_companion.synthesis.plant import EstimationProblem, estimation_problem
@@ -58,7 +58,7 @@ def _established(posed: EstimationProblem) -> Optimum:
     for floor in FLOORS:
         try:
             white = whitened(posed, floor)
-        except (np.linalg.LinAlgError, NotConvergedError) as trouble:
+        except np.linalg.LinAlgError as trouble:
             seen.append(str(trouble))
             continue
         solution = solve_lmi(white.problem)
@@ -70,7 +70,7 @@ def _established(posed: EstimationProblem) -> Optimum:
             break
         seen.append(_numbers(white, solution, bracket))
     if best is None or least > AGREEMENT:
-        raise UnsolvableError(f"gamma_star could not be established: {'; '.join(dict.fromkeys(seen))}")
+        raise UnsolvableError(f"gamma_star could not be established: {'; '.join(seen)}")
     return best
 
 
@@ -78,7 +78,7 @@ def candidates(optimum: Optimum, backoff: float) -> Iterator[Any]:
     """Observers expected within backoff * gamma_star: central ones first, which do not ring, then the LMI's own."""
     if optimum.still is not None:
         for stirred in optimum.still.stirred():
-            with contextlib.suppress(np.linalg.LinAlgError, NotConvergedError):
+            with contextlib.suppress(np.linalg.LinAlgError):
                 yield from _central(optimum.gamma_star, backoff, stirred, whitened(stirred))
         return
     white, posed = optimum.white, optimum.problem

@@ -31,7 +31,7 @@ ON_CIRCLE = 1e-7
 """Distance from the unit circle below which a mode counts as undamped, and from z = 1 and -1 as being there."""
 
 AT_REST = 1e-7
-"""Share of everything else by which w may move a mode that counts as resting: the accuracy of gamma_star."""
+"""Share of all else by which w may move a mode that counts as being at rest; gamma_star is as accurate as that."""
 
 STIRS = tuple(float(share) for share in np.geomspace(0.3, 1e-6, 12))
 """White noise beside the disturbance, as a share of the weight's largest gain; in order of trial."""

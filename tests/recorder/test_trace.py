@@ -146,7 +146,7 @@ def test_an_altered_byte_is_named_and_what_stands_before_it_is_read(trace, on_di
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (b"", "not one whole record"),
+        (b"", "an empty file"),
         (b"no gzip at all", "not a recorded flight"),
         (packed([time_item(Kind.TIME, 1.0)]), "header"),
         (packed([item(Kind.HEADER, b"{")]), "header"),
