@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dob_companion.errors import UnsolvableError
+from dob_companion.errors import NotConvergedError, UnsolvableError
 from dob_companion.synthesis.lmi import LmiSolution, solve_lmi
 from dob_companion.synthesis.norms import hinf_norm
 from dob_companion.synthesis.plant import EstimationProblem, estimation_problem
