@@ -231,8 +231,10 @@ def _limits(rows: list[Row]) -> tuple[float, float]:
     low = min(_reach(row)[0] for row in rows) / 1.25
 
     def highest(words_at_right: float) -> float:
-        shares = {row.name: 1.0 - _NUMBER - words_at_right * _broken(row) for row in rows}
-        return max(float(low * (_reach(row)[1] / low) ** (1.0 / shares[row.name])) for row in rows)
+        return max(
+            float(low * (_reach(row)[1] / low) ** (1.0 / (1.0 - _NUMBER - words_at_right * _broken(row))))
+            for row in rows
+        )
 
     high = max(highest(0.0), 1.5 * low)
     if all(_room_at_left(row, low, high) for row in rows if _broken(row)):

@@ -144,6 +144,6 @@ def test_the_optimum_of_random_vehicles_is_neharis(problem):
     none = ct.ss([], [], [], [[0.0]], paper.DT)
     found = find_optimum(Problem(plant, none, W_d, W_n, (delay,)))
     expected = nehari.gamma_star(*map(at, (plant, W_d, W_n)), delay)
-    assert found.gamma_star == pytest.approx(expected, rel=2e-5)
+    assert expected * (1 - 1e-4) <= found.gamma_star <= expected * (1 + 2e-5)  # a lower bound, and a near one
     proof = synthesize(plant, none, W_d, W_n, delay_samples=delay).certificate
     assert proof.gamma <= 1.01 * expected * (1 + 2e-5)
