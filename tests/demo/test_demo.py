@@ -166,7 +166,7 @@ at_least = 1.5
 )
 
 
-@pytest.mark.xfail(reason="known fault: in this short scenario pitch misses its check too", strict=False)
+@pytest.mark.xfail(reason="known fault: on a loaded machine pitch misses its check too", strict=False)
 def test_a_scenario_is_flown_with_its_checks_and_one_that_is_missed_is_exit_1(tmp_path):
     """Pitch has an observer, roll has none: its check is missed, and all files are there all the same."""
     (tmp_path / "short.toml").write_text(SHORT)
