@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.artifact import DobBlock
+from dob_companion.lti.response import response, spectral_radius
 from dob_companion.synthesis.cells import factor_system, samples
 from dob_companion.synthesis.loop import close_loop
 from dob_companion.synthesis.models import from_data
-from dob_companion.synthesis.norms import response, spectral_radius
 from dob_companion.synthesis.responses import default_frequencies
 from dob_companion.synthesis.robust import SEED
 from dob_companion.synthesis.table import Table

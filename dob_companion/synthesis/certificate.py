@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from dob_companion.artifact import Certificate
 from dob_companion.artifact.flyable import GREATEST_COMMAND_LEAK
 from dob_companion.errors import NotCertifiedError, NotConvergedError
+from dob_companion.lti.response import gains, spectral_radius
 from dob_companion.synthesis.arcs import gain_bracket
 from dob_companion.synthesis.loop import Loop, close_loop
 from dob_companion.synthesis.margins import (
@@ -25,7 +26,7 @@ from dob_companion.synthesis.margins import (
     useful_delay,
 )
 from dob_companion.synthesis.models import stack
-from dob_companion.synthesis.norms import TOLERANCE, angle_grid, gains, hinf_norm, spectral_radius
+from dob_companion.synthesis.norms import TOLERANCE, angle_grid, hinf_norm
 from dob_companion.synthesis.problem import Problem
 
 Array = NDArray[np.float64]

@@ -11,9 +11,9 @@ import control as ct
 import numpy as np
 from numpy.typing import NDArray
 
+from dob_companion.lti.response import response
 from dob_companion.synthesis.interconnection import Interconnection
 from dob_companion.synthesis.models import stack
-from dob_companion.synthesis.norms import response
 from dob_companion.synthesis.uncertainty import Uncertainty
 
 Array = NDArray[np.float64]

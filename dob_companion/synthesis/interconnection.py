@@ -24,9 +24,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dob_companion.lti.response import response
 from dob_companion.synthesis.loop import close_loop
 from dob_companion.synthesis.models import stack
-from dob_companion.synthesis.norms import response
 from dob_companion.synthesis.problem import Problem
 
 Array = NDArray[np.float64]

@@ -9,8 +9,9 @@ import control as ct
 import numpy as np
 from numpy.typing import NDArray
 
+from dob_companion.lti.response import gains, response, spectral_radius
 from dob_companion.synthesis.loop import Loop, close_loop
-from dob_companion.synthesis.norms import angle_grid, gains, hinf_norm, response, spectral_radius
+from dob_companion.synthesis.norms import angle_grid, hinf_norm
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.structured import structured_bounds
 

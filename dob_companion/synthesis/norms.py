@@ -1,4 +1,4 @@
-"""Frequency response and H-infinity norm of discrete systems: what certificates are measured with.
+"""H-infinity norm of discrete systems: what certificates are measured with.
 
 The norm is bounded arc by arc of the unit circle (`arcs.py`) and the arcs are cut where the bound is not yet near the
 largest gain measured: branch and bound. The usual test of a level, by the unit-circle eigenvalues of a Hamiltonian or
@@ -13,45 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.errors import NotConvergedError
+from dob_companion.lti.response import spectral_radius
 from dob_companion.synthesis.arcs import Scaling, gain_bracket
 
 Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 TOLERANCE = 1e-9
 """Relative width of the final bracket of the norm; the upper end is reported."""
 
 LOOSEST = 1e-5
 """A wider bracket is no answer."""
-
-
-def spectral_radius(A: Array) -> float:
-    """Largest magnitude of the eigenvalues of A; 0 for an empty matrix."""
-    return float(np.max(np.abs(np.linalg.eigvals(A)), initial=0.0))
-
-
-def response(system: Any, angles: Array) -> ComplexArray:
-    """G(e^{j angle}), shape (len(angles), outputs, inputs); angles in rad per sample.
-
-    By Gaussian elimination at each angle: a Schur form would be faster, but mixes states of very different
-    size and so drowns what cancels (the command leak) in rounding.
-    """
-    count, n = len(angles), system.nstates
-    out = np.broadcast_to(system.D.astype(complex), (count, *system.D.shape)).copy()
-    if n:
-        B, identity = system.B.astype(complex), np.eye(n)
-        for part in np.array_split(np.arange(count), max(1, count * n * n // 1_000_000)):
-            z = np.exp(1j * angles[part])[:, None, None]
-            out[part] += system.C @ np.linalg.solve(z * identity - system.A, np.broadcast_to(B, (len(part), *B.shape)))
-    return out
-
-
-def gains(system: Any, angles: Array) -> Array:
-    """Largest singular value of G at each angle."""
-    G = response(system, angles)
-    if min(G.shape[1:]) == 1:
-        return np.asarray(np.linalg.norm(G, axis=(1, 2)))
-    return np.asarray(np.linalg.svd(G, compute_uv=False)[:, 0])
 
 
 def angle_grid(A: Array, count: int = 600) -> Array:

@@ -22,10 +22,11 @@ from scipy import linalg
 
 from dob_companion.artifact import Certificate
 from dob_companion.errors import NotCertifiedError
+from dob_companion.lti.response import spectral_radius
 from dob_companion.synthesis.certificate import Claim, certify
 from dob_companion.synthesis.loop import close_loop
 from dob_companion.synthesis.models import stack
-from dob_companion.synthesis.norms import hinf_norm, spectral_radius
+from dob_companion.synthesis.norms import hinf_norm
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.reduce import balanced, gramian
 

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.artifact import DobBlock, StateSpaceData
+from dob_companion.lti.response import response
 from dob_companion.synthesis.loop import close_loop
 from dob_companion.synthesis.models import from_data
-from dob_companion.synthesis.norms import response
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

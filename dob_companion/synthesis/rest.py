@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from dob_companion.synthesis.norms import angle_grid, response
+from dob_companion.lti.response import response
+from dob_companion.synthesis.norms import angle_grid
 from dob_companion.synthesis.plant import EstimationProblem
 from dob_companion.synthesis.scaling import rough_scaling
 

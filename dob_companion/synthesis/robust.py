@@ -19,12 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.errors import SpecError
+from dob_companion.lti.response import response, spectral_radius
 from dob_companion.synthesis.cells import Cell, Sample, disks, factor_system, first_cells, mode_root, samples
 from dob_companion.synthesis.destabilize import destabilized
 from dob_companion.synthesis.interconnection import Interconnection, interconnect
 from dob_companion.synthesis.loop import close_loop
 from dob_companion.synthesis.models import stack
-from dob_companion.synthesis.norms import angle_grid, hinf_norm, response, spectral_radius
+from dob_companion.synthesis.norms import angle_grid, hinf_norm
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.uncertainty import Uncertainty
 

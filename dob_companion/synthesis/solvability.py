@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from dob_companion.errors import SpecError, UnsolvableError
+from dob_companion.lti.response import response
 from dob_companion.synthesis.limits import LONGEST_DELAY, MOST_STATES
 from dob_companion.synthesis.loop import close_loop
-from dob_companion.synthesis.norms import response
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.reduce import hidden_modes
 from dob_companion.synthesis.table import shown

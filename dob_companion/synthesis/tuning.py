@@ -28,11 +28,11 @@ from scipy import optimize
 
 from dob_companion.artifact import DobDesign
 from dob_companion.errors import DobError, NotCertifiedError, SpecError, UnsolvableError, placed
+from dob_companion.lti.response import response
 from dob_companion.synthesis.auto_spec import AutoSpec
 from dob_companion.synthesis.design import design, synthesize
 from dob_companion.synthesis.model_file import Reader
 from dob_companion.synthesis.models import stack, to_state_space, weight_to_state_space, zpk
-from dob_companion.synthesis.norms import response
 from dob_companion.synthesis.numeric import numbers_judged
 from dob_companion.synthesis.plant import estimation_problem
 from dob_companion.synthesis.problem import Problem

@@ -22,10 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.errors import UnsolvableError
+from dob_companion.lti.response import response, spectral_radius
 from dob_companion.synthesis.auto_spec import AutoSpec
 from dob_companion.synthesis.margins import MOST_DELAY_SAMPLES
 from dob_companion.synthesis.models import stack
-from dob_companion.synthesis.norms import response, spectral_radius
 from dob_companion.synthesis.reduce import gramian
 from dob_companion.synthesis.structured import structured_bounds
 

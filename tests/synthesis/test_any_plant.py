@@ -6,9 +6,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dob_companion.errors import UnsolvableError
+from dob_companion.lti.response import spectral_radius
 from dob_companion.synthesis import synthesize, zpk
 from dob_companion.synthesis.models import stack
-from dob_companion.synthesis.norms import spectral_radius
 from tests.synthesis.problems import DT, random_plant, static
 
 logs = st.floats(-3.0, 3.0)

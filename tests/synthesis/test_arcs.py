@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dob_companion.lti.response import gains, response
 from dob_companion.synthesis import zpk
 from dob_companion.synthesis.arcs import Arcs, gain_bracket
-from dob_companion.synthesis.norms import gains, response
 from tests.synthesis.problems import random_plant
 
 

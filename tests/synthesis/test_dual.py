@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dob_companion.lti.response import response
 from dob_companion.synthesis import optimum, synthesize, zpk
 from dob_companion.synthesis.dual import lower_bound
 from dob_companion.synthesis.models import discretize, polynomial
-from dob_companion.synthesis.norms import response
 from dob_companion.synthesis.optimum import find_optimum
 from dob_companion.synthesis.plant import estimation_problem
 from dob_companion.synthesis.problem import Problem

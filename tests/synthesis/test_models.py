@@ -5,9 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dob_companion.artifact import StateSpaceData
+from dob_companion.lti.response import response
 from dob_companion.synthesis import synthesize
 from dob_companion.synthesis.models import polynomial, to_state_space, zpk
-from dob_companion.synthesis.norms import response
 from dob_companion.synthesis.spec import Entries, Matrices, Model, Polynomial, Zpk
 from tests.synthesis.paper import PID, PLANT, W_D, W_N
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from dob_companion.lti.response import response
 from dob_companion.synthesis import block_responses, design_from_toml
 from dob_companion.synthesis.models import from_data
-from dob_companion.synthesis.norms import response
 from tests.synthesis import paper
 
 

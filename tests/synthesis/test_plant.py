@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from dob_companion.lti.response import response
 from dob_companion.synthesis.loop import close_loop
 from dob_companion.synthesis.models import stack
-from dob_companion.synthesis.norms import hinf_norm, response
+from dob_companion.synthesis.norms import hinf_norm
 from dob_companion.synthesis.plant import delay, estimation_problem
 from dob_companion.synthesis.riccati import central_filter
 from dob_companion.synthesis.scaling import whitened

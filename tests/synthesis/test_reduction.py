@@ -8,9 +8,10 @@ import pytest
 from bench._plants import all_plants
 from dob_companion.cli.main import main
 from dob_companion.errors import NotCertifiedError, SpecError
+from dob_companion.lti.response import gains, spectral_radius
 from dob_companion.synthesis import parse_spec, synthesize
 from dob_companion.synthesis.loop import close_loop
-from dob_companion.synthesis.norms import gains, hinf_norm, spectral_radius
+from dob_companion.synthesis.norms import hinf_norm
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.reduction import projection
 from tests.synthesis.paper import PID, PLANT, SPEC, W_D, W_N

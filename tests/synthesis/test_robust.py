@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from dob_companion.artifact import dumps, loads
 from dob_companion.cli.robustness import robustness_words
 from dob_companion.errors import SpecError
+from dob_companion.lti.response import response, spectral_radius
 from dob_companion.report.design_page import design_page
 from dob_companion.report.robust_chart import robust_claims
 from dob_companion.synthesis import design_from_toml, parse_spec, synthesize, verify, zpk
@@ -20,7 +21,7 @@ from dob_companion.synthesis.destabilize import all_pass, band_pass
 from dob_companion.synthesis.interconnection import interconnect
 from dob_companion.synthesis.loop import close_loop
 from dob_companion.synthesis.models import stack
-from dob_companion.synthesis.norms import hinf_norm, response, spectral_radius
+from dob_companion.synthesis.norms import hinf_norm
 from dob_companion.synthesis.problem import Problem
 from dob_companion.synthesis.robust import FACTOR_STEP, GUARD, analyse, error_of
 from dob_companion.synthesis.table import Table
