@@ -17,8 +17,8 @@ from pymavlink.dialects.v20 import common as mav
 from bench._peers import HEARTBEAT, Peer, _line_with, _running, free_port, imu, paper_design, target
 from dob_companion.artifact import DobDesign, dumps
 from dob_companion.companion import Companion
-from dob_companion.companion.witness import Witness
 from dob_companion.files.recorder import FlightRecorder
+from dob_companion.flightlog.witness import Witness
 
 SAMPLES = int(os.environ.get("BENCH_SAMPLES", "5000"))
 WARM_UP = 500

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from dob_companion.artifact import DobDesign, check_flyable, loads
-from dob_companion.cli.keeping import Keeping
+from dob_companion.cli.carried_over import CarriedOver
 from dob_companion.cli.times import utc
 from dob_companion.cli.waiting import Waiting
 from dob_companion.companion import Companion, CompanionConfig, Event, Status, parse_config
-from dob_companion.companion.witness import Witness
 from dob_companion.files import read_text
 from dob_companion.files.recorder import FlightRecorder
+from dob_companion.flightlog.witness import Witness
 from dob_companion.mavlink import profiles
 from dob_companion.runtime import Notifier, open_link, parse_link_url, serve
 from dob_companion.supervisor.monitors import UNKNOWN_AGE
@@ -59,7 +59,7 @@ def fly(
             _open_views(feed, page_port, leaving, live=not as_json and live_view_fits())
             feed.introduce(design, str(url))
             show(Event.info(f"design {design.sha256[:8]}: {', '.join(block.name for block in design.blocks)}"))
-            keeping = Keeping(settings, show, leaving)
+            keeping = CarriedOver(settings, show, leaving)
             link = keeping.signed(link, url.datagrams)
             companion = Companion(design, keeping.settings, now=time.monotonic(), datagrams=url.datagrams)
 

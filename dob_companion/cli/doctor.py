@@ -13,8 +13,8 @@ from dob_companion.cli.run import DEFAULT_LINK, add_profile
 
 if TYPE_CHECKING:
     from dob_companion.companion import Event
-    from dob_companion.companion.diagnosis import Diagnosis
-    from dob_companion.companion.listening import Listening
+    from dob_companion.doctor.diagnosis import Diagnosis
+    from dob_companion.doctor.listening import Listening
 
 MARKS = {"ok": "ok     ", "note": "note   ", "missing": "MISSING"}
 
@@ -52,8 +52,8 @@ def run(args: argparse.Namespace) -> int:
 
     from dob_companion.cli.daemon import configured, load_flyable
     from dob_companion.cli.signing import open_signing
-    from dob_companion.companion.diagnosis import diagnose
-    from dob_companion.companion.listening import Listening, Stage
+    from dob_companion.doctor.diagnosis import diagnose
+    from dob_companion.doctor.listening import Listening, Stage
     from dob_companion.mavlink import profiles
     from dob_companion.runtime import open_link, parse_link_url
     from dob_companion.runtime.listen import listen

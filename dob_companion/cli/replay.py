@@ -23,12 +23,12 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Play every segment to a replay. Returns 1 when something differs or a segment is damaged."""
     from dob_companion.artifact import loads
-    from dob_companion.companion.replay import Replay
     from dob_companion.errors import InputError
     from dob_companion.files import read_text
     from dob_companion.files.kinds import require_trace
     from dob_companion.files.playback import play
     from dob_companion.files.segments import traces_at
+    from dob_companion.flightlog.replay import Replay
 
     replay = Replay(loads(read_text(args.design), str(args.design)) if args.design else None)
     if not args.trace.is_dir():

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from dob_companion.companion import CompanionConfig, Event
 from dob_companion.errors import ConfigError
-from dob_companion.files import LatestWriter
+from dob_companion.files import BackgroundWriter
 from dob_companion.files.atomic import make_directory
 from dob_companion.files.keys import read_key
 from dob_companion.files.timestamp import NAME, TimestampKeeper, recover_timestamp
@@ -35,7 +35,7 @@ class Signing:
         self.gate = SigningGate(key, max(recover_timestamp(directory), ticks(time.time())), datagrams=datagrams)
         self._show = show
         self._refused, self._tell_at = 0, 0.0
-        writer = LatestWriter(directory / NAME, complain)
+        writer = BackgroundWriter(directory / NAME, complain)
         self._keeper = TimestampKeeper(leaving.enter_context(writer))
         leaving.callback(self.keep, float("inf"))
 

@@ -345,7 +345,7 @@ class Companion:
         self.loop = self._new_loop()
         self.loop.watch.echo, self.loop.closing = echo, closing  # what we sent stays ours
         self.parameters.publish_state(self.loop.state)
-        self._heard_gyro, self._answered, self._blind_since = now, None, None
+        self._heard_gyro, self._answered, self._zeros_since = now, None, None
         self._out.append(self._operator.value("DOB_ENABLE"))
         self._say(Severity.WARNING, f"DOB: system {before} silent for {ages.VEHICLE_S:g} s, obey {self.vehicle}")
         if state is not self.loop.state:

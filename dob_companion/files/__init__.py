@@ -11,17 +11,17 @@ from dob_companion.files.atomic import (
     write_files,
     write_text,
 )
-from dob_companion.files.latest import LatestWriter
-from dob_companion.files.settings import SettingsKeeper, recover_settings
+from dob_companion.files.background_writer import BackgroundWriter
+from dob_companion.files.parameter_keeper import ParameterKeeper, recover_parameters
 
 __all__ = [
-    "LatestWriter",
-    "SettingsKeeper",
+    "BackgroundWriter",
+    "ParameterKeeper",
     "make_directory",
     "read_bytes",
     "read_text",
     "reader_beside",
-    "recover_settings",
+    "recover_parameters",
     "remove",
     "require_place",
     "write_bytes",

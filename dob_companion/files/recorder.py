@@ -20,13 +20,13 @@ import numpy as np
 from dob_companion import __version__
 from dob_companion.artifact import DobDesign, dumps
 from dob_companion.companion import Companion, Recording, parse_config
-from dob_companion.companion.snapshot import Snapshots
-from dob_companion.companion.witness import Witness
 from dob_companion.errors import InputError
 from dob_companion.files.atomic import make_directory
 from dob_companion.files.pipe import ScribePipe
 from dob_companion.files.segments import SegmentName, next_flight
 from dob_companion.files.trace import SCHEMA, Kind, count_item, frame, item, json_item, time_item
+from dob_companion.flightlog.snapshot import Snapshots
+from dob_companion.flightlog.witness import Witness
 from dob_companion.mavlink import ComputerLoad, profiles
 
 CHECKPOINT_S = 20.0

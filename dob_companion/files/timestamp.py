@@ -4,7 +4,7 @@ from pathlib import Path
 
 from dob_companion.errors import InputError
 from dob_companion.files.atomic import read_text
-from dob_companion.files.latest import LatestWriter
+from dob_companion.files.background_writer import BackgroundWriter
 
 NAME = "signing-timestamp"
 EVERY_S = 30.0
@@ -25,9 +25,9 @@ def recover_timestamp(directory: Path) -> int:
 
 
 class TimestampKeeper:
-    """Hands the timestamp to a `LatestWriter` now and then."""
+    """Hands the timestamp to a `BackgroundWriter` now and then."""
 
-    def __init__(self, writer: LatestWriter) -> None:
+    def __init__(self, writer: BackgroundWriter) -> None:
         self._writer = writer
         self._next = float("-inf")
 

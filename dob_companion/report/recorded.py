@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.companion import PARAMETERS, Parameters, parse_config
-from dob_companion.companion.flown import Change, FlightClock, Setting
 from dob_companion.companion.samples import RESTART_US
 from dob_companion.errors import InputError
+from dob_companion.flightlog.flown import Change, FlightClock, Setting
 from dob_companion.mavlink import AppliedMoment, Codec, GyroSample, Heartbeat, profiles
 from dob_companion.mavlink.spoken import Correction, SpokenReader, Telemetry, Text, Value
 from dob_companion.supervisor import State

@@ -3,8 +3,8 @@
 import numpy as np
 
 from dob_companion.artifact import AXES
-from dob_companion.companion.flown import HOLE_SAMPLES, happenings, holes
 from dob_companion.companion.parameters import in_words
+from dob_companion.flightlog.flown import HOLE_SAMPLES, happenings, holes
 from dob_companion.report import recorded_charts as charts
 from dob_companion.report.page import PageFigure, figure, render
 from dob_companion.report.recorded import RecordedFlight

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
-from dob_companion.companion.flown import HOLE_SAMPLES, holes
+from dob_companion.flightlog.flown import HOLE_SAMPLES, holes
 from dob_companion.report.recorded import Array, RecordedFlight
 from dob_companion.supervisor import State
 

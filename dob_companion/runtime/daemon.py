@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from dob_companion.companion import Companion, Event, Status
-from dob_companion.companion.witness import Witness
 from dob_companion.errors import NoVehicleError
+from dob_companion.flightlog.witness import Witness
 from dob_companion.mavlink import ComputerLoad, Severity
 from dob_companion.runtime.links import Link
 from dob_companion.runtime.priority import Warden, real_time

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 
 from dob_companion.companion import Event
-from dob_companion.companion.listening import Listening, Stage
+from dob_companion.doctor.listening import Listening, Stage
 from dob_companion.runtime.daemon import FULL_LINE_WAIT_S, LONGEST_WAIT_S, READING_S, pieces
 from dob_companion.runtime.links import Link
 

@@ -25,9 +25,9 @@ from typing import Any
 from dob_companion import __version__
 from dob_companion.artifact import AXES, DobDesign
 from dob_companion.companion import PARAMETERS, Companion, Event, Status
-from dob_companion.companion.witness import Witness
 from dob_companion.errors import LinkBusyError
 from dob_companion.files.pipe import ProcessPipe
+from dob_companion.flightlog.witness import Witness
 from dob_companion.mavlink import ComputerLoad, Severity
 
 _PIPE_BYTES = 1 << 16

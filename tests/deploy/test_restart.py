@@ -7,7 +7,7 @@ import time
 import pytest
 
 from dob_companion.artifact import dumps
-from dob_companion.companion.settings import load_settings
+from dob_companion.companion.kept_parameters import load_parameters
 from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, free_port, wait_for
 from tests.companion.aircraft import small_design
 
@@ -61,7 +61,7 @@ def test_what_the_operator_set_survives_kill_9_and_enable_does_not(design, tmp_p
         vehicle.write("DOB_ENABLE", 1.0)
         vehicle.write("DOB_LIMIT", 0.125)
         file = state / "parameters.json"
-        once(lambda: file.exists() and load_settings(file.read_text(), "") == {"DOB_LIMIT": 0.125})
+        once(lambda: file.exists() and load_parameters(file.read_text(), "") == {"DOB_LIMIT": 0.125})
         process.kill()
     with daemon(design, port, "--state", state), UdpVehicle(port) as vehicle:
         vehicle.fly(2)

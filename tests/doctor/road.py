@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 from pymavlink.dialects.v20 import common as mav
 
-from dob_companion.companion.diagnosis import diagnose
-from dob_companion.companion.listening import Listening, Stage
+from dob_companion.doctor.diagnosis import diagnose
+from dob_companion.doctor.listening import Listening, Stage
 
 DT = 0.004
 UNSIGNED = None

@@ -5,8 +5,8 @@ import math
 import pytest
 from pymavlink.dialects.v20 import common as mav
 
-from dob_companion.companion.diagnosis import Verdict
-from dob_companion.companion.streamlog import StreamLog
+from dob_companion.doctor.diagnosis import Verdict
+from dob_companion.doctor.streamlog import StreamLog
 from dob_companion.mavlink.signing import SigningGate
 from tests.companion.aircraft import small_design
 from tests.doctor.road import Road

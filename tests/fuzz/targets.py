@@ -9,11 +9,11 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.artifact import dumps, loads
 from dob_companion.companion import Companion, parse_config
-from dob_companion.companion.replay import Replay
-from dob_companion.companion.settings import dump_settings, load_settings
+from dob_companion.companion.kept_parameters import dump_parameters, load_parameters
 from dob_companion.errors import DobError
 from dob_companion.files.playback import play_chunks
 from dob_companion.files.trace import SCHEMA, Kind, frame, item, json_item, time_item
+from dob_companion.flightlog.replay import Replay
 from dob_companion.mavlink import Codec
 from dob_companion.synthesis.spec import parse_spec
 from sitl.flight import Flight
@@ -64,7 +64,7 @@ def configuration(data):
 
 def settings(data):
     """The operator's kept settings."""
-    _refused(lambda: load_settings(_text(data), "parameters.json"))
+    _refused(lambda: load_parameters(_text(data), "parameters.json"))
 
 
 def spec(data):
@@ -104,7 +104,7 @@ def seeds(name):
     texts = {
         "design_file": [dumps(_DESIGN)[0].encode()],
         "configuration": [(ROOT / "deploy" / "dob-companion.toml").read_bytes()],
-        "settings": [dump_settings({"DOB_GAIN": 0.5}).encode()],
+        "settings": [dump_parameters({"DOB_GAIN": 0.5}).encode()],
         "spec": [path.read_bytes() for path in sorted((ROOT / "examples").glob("*.toml"))],
         "trace": [frame([json_item(Kind.HEADER, _header())]) + frame([time_item(Kind.TIME, 1.0)])],
         "framed": [item(Kind.RECEIVED, _heartbeat()), json_item(Kind.CHECKPOINT, {"loop.shaper.f": 0.5})],

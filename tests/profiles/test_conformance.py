@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.cli import run
 from dob_companion.companion import Companion, CompanionConfig
-from dob_companion.companion.snapshot import Snapshots, difference, restore
+from dob_companion.flightlog.snapshot import Snapshots, difference, restore
 from dob_companion.mavlink import (
     CORRECTION_MESSAGES,
     AppliedMoment,

@@ -6,11 +6,11 @@ import pytest
 
 from dob_companion.artifact import dumps
 from dob_companion.companion import Companion, CompanionConfig, parse_config
-from dob_companion.companion.replay import Replay
 from dob_companion.errors import ConfigError, InputError
 from dob_companion.files.playback import play, play_chunks
 from dob_companion.files.recorder import FlightRecorder
 from dob_companion.files.trace import SCHEMA, Kind, frame, json_item
+from dob_companion.flightlog.replay import Replay
 from dob_companion.mavlink import profiles
 from dob_companion.report.recorded import FlightReader
 from tests.companion.aircraft import Aircraft, small_design

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 
 from dob_companion.cli.main import main
 from dob_companion.companion import Companion
-from dob_companion.companion.replay import Replay
 from dob_companion.files.playback import play
 from dob_companion.files.recorder import FlightRecorder
+from dob_companion.flightlog.replay import Replay
 from tests.companion.aircraft import Aircraft, small_design
 
 PATIENCE_S = 30.0

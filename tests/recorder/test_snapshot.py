@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dob_companion.companion import Companion
-from dob_companion.companion.snapshot import SnapshotError, Snapshots, difference, restore
+from dob_companion.flightlog.snapshot import SnapshotError, Snapshots, difference, restore
 from dob_companion.supervisor import State
 from tests.companion.aircraft import aircraft, small_design
 

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dob_companion.artifact import dumps
-from dob_companion.companion.replay import Replay
 from dob_companion.errors import InputError
 from dob_companion.files.playback import play_chunks
 from dob_companion.files.segments import traces_at
@@ -25,6 +24,7 @@ from dob_companion.files.trace import (
     read_frames,
     time_item,
 )
+from dob_companion.flightlog.replay import Replay
 from tests.companion.aircraft import small_design
 from tests.recorder.flights import recorded, run
 

@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from dob_companion.companion import Companion, Event
-from dob_companion.companion.witness import Witness
 from dob_companion.errors import LinkBusyError
+from dob_companion.flightlog.witness import Witness
 from dob_companion.view.feed import Feed, LoopClock
 from tests.companion.aircraft import DT, small_design
 from tests.view.watching import get, stream

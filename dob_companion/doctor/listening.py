@@ -11,8 +11,8 @@ import numpy as np
 
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.clocks import ClockCheck
-from dob_companion.companion.streamlog import MOST_KEPT, StreamLog
 from dob_companion.companion.streams import StreamRequests
+from dob_companion.doctor.streamlog import MOST_KEPT, StreamLog
 from dob_companion.mavlink import (
     AppliedMoment,
     Codec,

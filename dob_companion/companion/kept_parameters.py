@@ -1,4 +1,4 @@
-"""What the operator has set, as text that a restart reads again. Pure; the disk is `files.settings`."""
+"""What the operator has set, as text that a restart reads again. Pure; the disk is `files.parameter_keeper`."""
 
 import json
 from collections.abc import Mapping
@@ -12,14 +12,14 @@ SCHEMA = "dob-companion/parameters/1"
 _KEPT = {spec.name: spec for spec in PARAMETERS if spec.kept}
 
 
-def dump_settings(values: Mapping[str, float]) -> str:
+def dump_parameters(values: Mapping[str, float]) -> str:
     """Parameter values as JSON text, sealed with a hash so that a damaged file cannot pass for a whole one."""
     obj = {"schema": SCHEMA, "values": dict(values)}
     return json.dumps(obj | {"sha256": sha256_of(obj)}, indent=1) + "\n"
 
 
-def load_settings(text: str, source: str) -> dict[str, float]:
-    """Read what `dump_settings` wrote. Raises ConfigError, one line that names `source`, for anything else.
+def load_parameters(text: str, source: str) -> dict[str, float]:
+    """Read what `dump_parameters` wrote. Raises ConfigError, one line that names `source`, for anything else.
 
     A name or value that this version does not know spoils the whole file: half an operator's settings may be a
     combination that nobody chose.

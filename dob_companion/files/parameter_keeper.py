@@ -4,17 +4,17 @@ import contextlib
 from collections.abc import Mapping
 from pathlib import Path
 
-from dob_companion.companion.settings import dump_settings, load_settings
+from dob_companion.companion.kept_parameters import dump_parameters, load_parameters
 from dob_companion.errors import InputError
 from dob_companion.files.atomic import make_directory, read_text
-from dob_companion.files.latest import LatestWriter
+from dob_companion.files.background_writer import BackgroundWriter
 
 NAME = "parameters.json"
 DAMAGED = "parameters.json.damaged"
 """Where a file that cannot be used goes; the newest such file replaces an older one, so that the disk stays bounded."""
 
 
-def recover_settings(directory: Path) -> tuple[dict[str, float], str | None]:
+def recover_parameters(directory: Path) -> tuple[dict[str, float], str | None]:
     """The settings kept in `directory`, which is made if need be, and a warning if what was there is of no use.
 
     A damaged file is moved aside and nothing is recovered. Raises InputError when the directory cannot be made.
@@ -27,17 +27,17 @@ def recover_settings(directory: Path) -> tuple[dict[str, float], str | None]:
     if not path.exists():
         return {}, None
     try:
-        return load_settings(read_text(path), str(path)), None
+        return load_parameters(read_text(path), str(path)), None
     except InputError as problem:
         with contextlib.suppress(OSError):
             path.replace(directory / DAMAGED)
         return {}, f"{problem}: starting with the configured values, kept as {DAMAGED}"
 
 
-class SettingsKeeper:
-    """Hands settings to a `LatestWriter` whenever the operator has changed one."""
+class ParameterKeeper:
+    """Hands settings to a `BackgroundWriter` whenever the operator has changed one."""
 
-    def __init__(self, writer: LatestWriter, recovered: Mapping[str, float]) -> None:
+    def __init__(self, writer: BackgroundWriter, recovered: Mapping[str, float]) -> None:
         self._writer = writer
         self._values = dict(recovered)
         self._seen: Mapping[str, float] | None = None
@@ -50,4 +50,4 @@ class SettingsKeeper:
         values = {**self._values, **written}
         if values != self._values:
             self._values = values
-            self._writer.put(dump_settings(values))
+            self._writer.put(dump_parameters(values))

@@ -11,7 +11,7 @@ PATIENCE_S = 3.0
 """How long leaving waits for a disk."""
 
 
-class LatestWriter:
+class BackgroundWriter:
     """Keeps a file at the newest text put, in a thread of its own: the loop hands it over and goes on.
 
     A failure is said once, through `complain` in that thread, until a write succeeds again. Enter it before real-time
@@ -27,7 +27,7 @@ class LatestWriter:
         self._changed = threading.Condition()
         self._thread = threading.Thread(target=self._write_changes, name=f"writer of {path.name}", daemon=True)
 
-    def __enter__(self) -> "LatestWriter":
+    def __enter__(self) -> "BackgroundWriter":
         self._thread.start()
         return self
 

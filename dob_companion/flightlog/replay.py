@@ -12,8 +12,8 @@ from typing import Any, Protocol
 from dob_companion.artifact import DobDesign, loads
 from dob_companion.companion.config import CompanionConfig, parse_config
 from dob_companion.companion.core import Companion
-from dob_companion.companion.snapshot import SnapshotError, Snapshots, difference, restore
 from dob_companion.errors import InputError
+from dob_companion.flightlog.snapshot import SnapshotError, Snapshots, difference, restore
 from dob_companion.mavlink import ComputerLoad, profiles
 from dob_companion.mavlink.spoken import Correction, SpokenReader
 

@@ -8,14 +8,14 @@ from queue import SimpleQueue
 
 from dob_companion.cli.signing import Signing, open_signing
 from dob_companion.companion import Companion, CompanionConfig, Event
-from dob_companion.files import LatestWriter, SettingsKeeper, recover_settings
-from dob_companion.files.settings import NAME as SETTINGS
+from dob_companion.files import BackgroundWriter, ParameterKeeper, recover_parameters
+from dob_companion.files.parameter_keeper import NAME as SETTINGS
 from dob_companion.mavlink import Severity
 from dob_companion.runtime import Link
 from dob_companion.runtime.signed import SignedLink
 
 
-class Keeping:
+class CarriedOver:
     """Recovers at the start; `turn` hands over what is new. Files close with `leaving`.
 
     `settings` is the configuration with what the operator had set on top of it.
@@ -27,7 +27,7 @@ class Keeping:
         self._leaving = leaving
         self._complaints: SimpleQueue[str] = SimpleQueue()  # of the writers' threads, said by the loop
         leaving.callback(self._tell)
-        self._operator: SettingsKeeper | None = None
+        self._operator: ParameterKeeper | None = None
         self._signing: Signing | None = None
         if settings.state_directory is not None:
             self._recover(Path(settings.state_directory))
@@ -57,12 +57,12 @@ class Keeping:
             self._show(Event(Severity.WARNING, self._complaints.get()))
 
     def _recover(self, directory: Path) -> None:
-        values, warning = recover_settings(directory)
+        values, warning = recover_parameters(directory)
         if warning:
             self._show(Event(Severity.WARNING, warning))
         if values:
             shown = ", ".join(f"{name} {value:g}" for name, value in values.items())
             self._show(Event.info(f"set by the operator: {shown}"))
-        writer = LatestWriter(directory / SETTINGS, self._complaints.put)
-        self._operator = SettingsKeeper(self._leaving.enter_context(writer), values)
+        writer = BackgroundWriter(directory / SETTINGS, self._complaints.put)
+        self._operator = ParameterKeeper(self._leaving.enter_context(writer), values)
         self.settings = replace(self.settings, parameters={**self.settings.parameters, **values})

@@ -8,8 +8,8 @@ from enum import Enum
 import numpy as np
 
 from dob_companion.artifact import DobDesign
-from dob_companion.companion.listening import Listening
-from dob_companion.companion.streamlog import StreamLog
+from dob_companion.doctor.listening import Listening
+from dob_companion.doctor.streamlog import StreamLog
 from dob_companion.mavlink import Input
 from dob_companion.mavlink.profiles import AgeSource
 from dob_companion.mavlink.signing import Signature
