@@ -11,7 +11,7 @@ import control as ct
 import numpy as np
 
 from dob_companion.synthesis import zpk
-from dob_companion.synthesis.models import discretize, stack
+from dob_companion.synthesis.plant.models import discretize, stack
 
 DT = 0.004
 

@@ -17,10 +17,10 @@ import numpy as np
 
 from bench._plants import Plant, all_plants
 from dob_companion.synthesis import synthesize
-from dob_companion.synthesis.lmi import solve_lmi
-from dob_companion.synthesis.norms import hinf_norm
-from dob_companion.synthesis.plant import estimation_problem
-from dob_companion.synthesis.scaling import whitened
+from dob_companion.synthesis.norms.hinf import hinf_norm
+from dob_companion.synthesis.plant.estimation import estimation_problem
+from dob_companion.synthesis.solve.lmi import solve_lmi
+from dob_companion.synthesis.solve.scaling import whitened
 from tests.synthesis.oracle import generalized_plant, to_continuous
 
 PAGE = Path(__file__).parents[1] / "docs" / "plants.md"

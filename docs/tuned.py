@@ -17,7 +17,7 @@ from dob_companion.comparison.lqg import lqg, lqg_attitude_bound
 from dob_companion.comparison.shortfall import shortfall
 from dob_companion.comparison.vehicle import Vehicle, close, no_observer
 from dob_companion.synthesis import design_from_toml
-from dob_companion.synthesis.models import from_data
+from dob_companion.synthesis.plant.models import from_data
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"

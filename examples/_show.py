@@ -16,7 +16,7 @@ from dob_companion.files import require_place, write_files
 from dob_companion.lti.response import gains
 from dob_companion.report.chart import Chart, Curve, Panel, Scale, rounded
 from dob_companion.report.draw import standalone
-from dob_companion.synthesis.loop import close_loop
+from dob_companion.synthesis.plant.loop import close_loop
 
 GUST = 0.1
 """Peak of the gust ½ (1 − cos 2πt) that lasts 1 s, in the unit of the plant's input."""

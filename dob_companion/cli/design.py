@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _tuned(text: str, path: Path, created: str) -> tuple[DobDesign, tuple[Any, ...]]:
-    from dob_companion.synthesis.tuning import tuned_design_from_toml
+    from dob_companion.synthesis.tune.tuning import tuned_design_from_toml
 
     try:
         return tuned_design_from_toml(text, str(path), created, reader_beside(path), _progress)

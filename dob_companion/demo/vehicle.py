@@ -5,7 +5,7 @@ import numpy as np
 from dob_companion.errors import SpecError
 from dob_companion.lti.response import response
 from dob_companion.synthesis import Spec
-from dob_companion.synthesis.models import to_state_space
+from dob_companion.synthesis.plant.models import to_state_space
 
 RATE_HZ = 250.0
 

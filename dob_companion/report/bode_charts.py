@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.report.chart import Array, Chart, Curve, Mark, Panel, Scale, rounded
-from dob_companion.synthesis.responses import Responses
+from dob_companion.synthesis.certify.responses import Responses
 
 Complex = NDArray[np.complex128]
 _DEEPEST_DB = 120.0  # below the highest curve; a null would otherwise flatten all else

@@ -6,7 +6,7 @@ import numpy as np
 
 from dob_companion.report.chart import Array, Chart, Curve, Panel, Scale, rounded, symmetric
 from dob_companion.report.draw import box
-from dob_companion.synthesis.behaviour import Complex, Roots, TimeResponse
+from dob_companion.synthesis.certify.behaviour import Complex, Roots, TimeResponse
 
 _CIRCLE = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 241))
 

@@ -14,7 +14,7 @@ from dob_companion.report.page import PageFigure, figure, render
 from dob_companion.report.robust_chart import robust_claims, robust_figures
 from dob_companion.report.tradeoff_chart import tradeoff_figures
 from dob_companion.report.words import listed, number, plural, transfer_function
-from dob_companion.synthesis.behaviour import (
+from dob_companion.synthesis.certify.behaviour import (
     Complex,
     Loops,
     Roots,
@@ -24,8 +24,8 @@ from dob_companion.synthesis.behaviour import (
     roots,
     step_response,
 )
-from dob_companion.synthesis.responses import block_responses
-from dob_companion.synthesis.tuning import Tuning
+from dob_companion.synthesis.certify.responses import block_responses
+from dob_companion.synthesis.tune.tuning import Tuning
 
 _TEST_MOMENT = 0.1
 """Size of the step and the gust, normalized torque."""

@@ -7,7 +7,7 @@ from dob_companion.report.chart import Array, Band, Chart, Curve, Mark, Panel, S
 from dob_companion.report.claims import Claim
 from dob_companion.report.page import PageFigure, figure
 from dob_companion.report.words import number
-from dob_companion.synthesis.bands import Bands, Spread, robust_bands
+from dob_companion.synthesis.robust.bands import Bands, Spread, robust_bands
 
 
 def robust_claims(block: DobBlock) -> tuple[Claim, ...]:

@@ -7,8 +7,8 @@ import numpy as np
 from dob_companion.report.chart import Chart, Curve, Mark, Panel, Scale
 from dob_companion.report.page import PageFigure, figure
 from dob_companion.report.words import listed, number
-from dob_companion.synthesis.tuning import Tuning
-from dob_companion.synthesis.yardstick import Measured
+from dob_companion.synthesis.tune.tuning import Tuning
+from dob_companion.synthesis.tune.yardstick import Measured
 
 
 def tradeoff_figures(key: str, tuning: Tuning) -> list[PageFigure]:

@@ -13,6 +13,7 @@ One room per question: `spec` (what is asked), `models` (as state space), `solva
 `responses` (seen), `verify` (measured again from the file).
 """
 
+from dob_companion.synthesis.certify.responses import Responses, block_responses, default_frequencies, standard_form
 from dob_companion.synthesis.design import (
     Synthesis,
     design,
@@ -21,10 +22,9 @@ from dob_companion.synthesis.design import (
     design_json,
     synthesize,
 )
-from dob_companion.synthesis.models import polynomial, zpk
-from dob_companion.synthesis.problem import Problem
-from dob_companion.synthesis.responses import Responses, block_responses, default_frequencies, standard_form
-from dob_companion.synthesis.spec import Spec, parse_spec
+from dob_companion.synthesis.plant.models import polynomial, zpk
+from dob_companion.synthesis.plant.problem import Problem
+from dob_companion.synthesis.spec.parse import Spec, parse_spec
 from dob_companion.synthesis.verify import Finding, verify
 
 __all__ = [

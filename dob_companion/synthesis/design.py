@@ -8,19 +8,19 @@ import dob_companion
 from dob_companion.artifact import AXES, Certificate, DobBlock, DobDesign, certificate_table, check_flyable, dumps
 from dob_companion.artifact import Problem as StoredProblem
 from dob_companion.errors import DobError, NotCertifiedError, NotConvergedError, RefusedError, SpecError, placed
-from dob_companion.synthesis.certificate import Claim, certify
-from dob_companion.synthesis.inputs import discrete_system, link_delays, require_options
-from dob_companion.synthesis.model_file import Reader
-from dob_companion.synthesis.models import to_data, to_state_space, weight_to_state_space
+from dob_companion.synthesis.certify.certificate import Claim, certify
+from dob_companion.synthesis.certify.reduction import certified_of_order
 from dob_companion.synthesis.numeric import numbers_judged
-from dob_companion.synthesis.optimum import Optimum, candidates, find_optimum
-from dob_companion.synthesis.problem import Problem
-from dob_companion.synthesis.reduce import HIDDEN, minimal
-from dob_companion.synthesis.reduction import certified_of_order
-from dob_companion.synthesis.robust_design import robust_synthesis
-from dob_companion.synthesis.solvability import require_solvable
-from dob_companion.synthesis.spec import BlockSpec, Spec, parse_spec
-from dob_companion.synthesis.uncertainty import Uncertainty
+from dob_companion.synthesis.plant.minimal import HIDDEN, minimal
+from dob_companion.synthesis.plant.models import to_data, to_state_space, weight_to_state_space
+from dob_companion.synthesis.plant.problem import Problem
+from dob_companion.synthesis.plant.solvability import require_solvable
+from dob_companion.synthesis.robust.search import robust_synthesis
+from dob_companion.synthesis.solve.optimum import Optimum, candidates, find_optimum
+from dob_companion.synthesis.spec.inputs import discrete_system, link_delays, require_options
+from dob_companion.synthesis.spec.model_file import Reader
+from dob_companion.synthesis.spec.parse import BlockSpec, Spec, parse_spec
+from dob_companion.synthesis.spec.uncertainty import Uncertainty
 
 Solve = Callable[[Problem], tuple[Any, Certificate]]
 

@@ -6,14 +6,14 @@ import numpy as np
 
 from dob_companion.artifact import Certificate, DobBlock, DobDesign
 from dob_companion.errors import DobError, placed
-from dob_companion.synthesis.certificate import Claim, certify
-from dob_companion.synthesis.models import from_data
+from dob_companion.synthesis.certify.certificate import Claim, certify
 from dob_companion.synthesis.numeric import numbers_judged
-from dob_companion.synthesis.optimum import find_optimum
-from dob_companion.synthesis.problem import Problem
-from dob_companion.synthesis.robust import FACTOR_STEP, TIGHT
-from dob_companion.synthesis.robust_design import measured_again
-from dob_companion.synthesis.solvability import require_solvable
+from dob_companion.synthesis.plant.models import from_data
+from dob_companion.synthesis.plant.problem import Problem
+from dob_companion.synthesis.plant.solvability import require_solvable
+from dob_companion.synthesis.robust.analysis import FACTOR_STEP, TIGHT
+from dob_companion.synthesis.robust.search import measured_again
+from dob_companion.synthesis.solve.optimum import find_optimum
 
 RELATIVE = 1e-5
 """Agreement expected of recorded and recomputed numbers; they differ only by the machine's rounding."""

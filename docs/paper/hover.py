@@ -14,7 +14,7 @@ from dob_companion.comparison.vehicle import Vehicle, close
 from dob_companion.report.chart import Array, Chart, Curve, Panel, Scale, symmetric
 from dob_companion.report.flight_charts import figure_11, figure_12, figure_13
 from dob_companion.report.trace import FlightTrace
-from dob_companion.synthesis.models import from_data
+from dob_companion.synthesis.plant.models import from_data
 from docs.paper.section import Number, Section
 
 PAPER_OFF, PAPER_ON = (0.15, 0.12, 0.12), (0.02, 0.01, 0.02)

@@ -18,7 +18,7 @@ from dob_companion.demo.table import result_table
 from dob_companion.demo.vehicle import require_tailsitter
 from dob_companion.errors import SpecError
 from dob_companion.synthesis import parse_spec
-from dob_companion.synthesis.spec import Entries, Model
+from dob_companion.synthesis.spec.parse import Entries, Model
 from tests.cli.processes import one_line, run_cli
 from tests.recorder.flights import wait_until
 from tests.sitl.bench import SHORT as SCENARIO

@@ -15,7 +15,7 @@ from dob_companion.files.playback import play_chunks
 from dob_companion.files.trace import SCHEMA, Kind, frame, item, json_item, time_item
 from dob_companion.flightlog.replay import Replay
 from dob_companion.mavlink import Codec
-from dob_companion.synthesis.spec import parse_spec
+from dob_companion.synthesis.spec.parse import parse_spec
 from sitl.flight import Flight
 from sitl.scenario.spec import load
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint

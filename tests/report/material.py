@@ -14,8 +14,8 @@ from dob_companion.report.design_page import design_page
 from dob_companion.report.flight_page import flight_page
 from dob_companion.report.trace import FlightTrace
 from dob_companion.synthesis.design import design, synthesize
-from dob_companion.synthesis.models import to_data
-from dob_companion.synthesis.spec import parse_spec
+from dob_companion.synthesis.plant.models import to_data
+from dob_companion.synthesis.spec.parse import parse_spec
 
 SPEC = Path(__file__).parents[2] / "examples" / "tailsitter_paper.toml"
 HOSTILE = '<script>alert("x")</script>&$\\frac{'

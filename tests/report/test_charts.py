@@ -14,7 +14,7 @@ from dob_companion.report.chart import Chart, Curve, Mark, Panel, Scale, envelop
 from dob_companion.report.design_page import axis_responses
 from dob_companion.report.flight_charts import figure_13, still_air, switch_time, window_error
 from dob_companion.report.words import number, transfer_function
-from dob_companion.synthesis.behaviour import Roots, gust_response, loops_of, open_loop, roots, step_response
+from dob_companion.synthesis.certify.behaviour import Roots, gust_response, loops_of, open_loop, roots, step_response
 from tests.report.material import coupled_design, paper_design, trace
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from dob_companion.artifact import DobDesign, dumps
 from dob_companion.comparison.shortfall import Shortfall, shortfall
 from dob_companion.synthesis import design, parse_spec
-from dob_companion.synthesis.spec import BlockSpec, Model, Weight, Zpk
+from dob_companion.synthesis.spec.parse import BlockSpec, Model, Weight, Zpk
 from sitl.calibration import disturbance_scale
 from sitl.campaign.fleet import local
 from sitl.campaign.pilot import Job

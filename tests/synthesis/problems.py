@@ -4,7 +4,7 @@ import control as ct
 import numpy as np
 
 from dob_companion.synthesis import zpk
-from dob_companion.synthesis.models import stack
+from dob_companion.synthesis.plant.models import stack
 
 DT = 0.004
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from dob_companion.errors import UnsolvableError
 from dob_companion.lti.response import spectral_radius
 from dob_companion.synthesis import synthesize, zpk
-from dob_companion.synthesis.models import stack
+from dob_companion.synthesis.plant.models import stack
 from tests.synthesis.problems import DT, random_plant, static
 
 logs = st.floats(-3.0, 3.0)

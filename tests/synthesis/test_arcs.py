@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from dob_companion.lti.response import gains, response
 from dob_companion.synthesis import zpk
-from dob_companion.synthesis.arcs import Arcs, gain_bracket
+from dob_companion.synthesis.norms.arcs import Arcs, gain_bracket
 from tests.synthesis.problems import random_plant
 
 

@@ -5,9 +5,9 @@ import pytest
 from dob_companion.errors import NotCertifiedError
 from dob_companion.lti.response import response, spectral_radius
 from dob_companion.synthesis import synthesize
-from dob_companion.synthesis.certificate import Claim, certify
-from dob_companion.synthesis.loop import close_loop
-from dob_companion.synthesis.margins import delay_margin, disk_margin
+from dob_companion.synthesis.certify.certificate import Claim, certify
+from dob_companion.synthesis.certify.margins import delay_margin, disk_margin
+from dob_companion.synthesis.plant.loop import close_loop
 from tests.synthesis import paper
 from tests.synthesis.problems import random_problem, static
 

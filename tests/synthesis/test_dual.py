@@ -9,14 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dob_companion.lti.response import response
-from dob_companion.synthesis import optimum, synthesize, zpk
-from dob_companion.synthesis.dual import lower_bound
-from dob_companion.synthesis.models import discretize, polynomial
-from dob_companion.synthesis.optimum import find_optimum
-from dob_companion.synthesis.plant import estimation_problem
-from dob_companion.synthesis.problem import Problem
-from dob_companion.synthesis.riccati import bracket_gamma_star
-from dob_companion.synthesis.scaling import whitened
+from dob_companion.synthesis import synthesize, zpk
+from dob_companion.synthesis.plant.estimation import estimation_problem
+from dob_companion.synthesis.plant.models import discretize, polynomial
+from dob_companion.synthesis.plant.problem import Problem
+from dob_companion.synthesis.solve import optimum
+from dob_companion.synthesis.solve.dual import lower_bound
+from dob_companion.synthesis.solve.optimum import find_optimum
+from dob_companion.synthesis.solve.riccati import bracket_gamma_star
+from dob_companion.synthesis.solve.scaling import whitened
 from tests.synthesis import nehari, paper
 from tests.synthesis.problems import random_problem
 
@@ -60,7 +61,9 @@ def test_no_multiplier_proves_more_than_is_true(white, reached, seed, rank, size
 @pytest.mark.parametrize("harm", [1e-6, 1e-3, 1e-1])
 def test_a_spoilt_multiplier_proves_less_and_never_more(white, harm, monkeypatch):
     kept = []
-    monkeypatch.setattr("dob_companion.synthesis.lmi.lower_bound", lambda p, J: kept.append(J) or lower_bound(p, J))
+    monkeypatch.setattr(
+        "dob_companion.synthesis.solve.lmi.lower_bound", lambda p, J: kept.append(J) or lower_bound(p, J)
+    )
     solution = optimum.solve_lmi(white)
     low, reached = bracket_gamma_star(white, 1.0)
     assert solution.dual_bound == pytest.approx(low, rel=1e-5)

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from dob_companion.artifact import StateSpaceData
 from dob_companion.lti.response import response
 from dob_companion.synthesis import synthesize
-from dob_companion.synthesis.models import polynomial, to_state_space, zpk
-from dob_companion.synthesis.spec import Entries, Matrices, Model, Polynomial, Zpk
+from dob_companion.synthesis.plant.models import polynomial, to_state_space, zpk
+from dob_companion.synthesis.spec.parse import Entries, Matrices, Model, Polynomial, Zpk
 from tests.synthesis.paper import PID, PLANT, W_D, W_N
 
 ANGLES = np.linspace(0.02, 3.1, 40)

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from dob_companion.synthesis import synthesize
-from dob_companion.synthesis.lmi import solve_lmi
-from dob_companion.synthesis.norms import hinf_norm
-from dob_companion.synthesis.optimum import candidates, find_optimum
-from dob_companion.synthesis.plant import estimation_problem
-from dob_companion.synthesis.problem import Problem
-from dob_companion.synthesis.riccati import bracket_gamma_star, central_filter
-from dob_companion.synthesis.scaling import whitened
+from dob_companion.synthesis.norms.hinf import hinf_norm
+from dob_companion.synthesis.plant.estimation import estimation_problem
+from dob_companion.synthesis.plant.problem import Problem
+from dob_companion.synthesis.solve.lmi import solve_lmi
+from dob_companion.synthesis.solve.optimum import candidates, find_optimum
+from dob_companion.synthesis.solve.riccati import bracket_gamma_star, central_filter
+from dob_companion.synthesis.solve.scaling import whitened
 from tests.synthesis import paper
 from tests.synthesis.problems import random_problem, static
 

@@ -5,7 +5,7 @@ import pytest
 
 from dob_companion.lti.response import response
 from dob_companion.synthesis import block_responses, design_from_toml
-from dob_companion.synthesis.models import from_data
+from dob_companion.synthesis.plant.models import from_data
 from tests.synthesis import paper
 
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from dob_companion.lti.response import response
-from dob_companion.synthesis.loop import close_loop
-from dob_companion.synthesis.models import stack
-from dob_companion.synthesis.norms import hinf_norm
-from dob_companion.synthesis.plant import delay, estimation_problem
-from dob_companion.synthesis.riccati import central_filter
-from dob_companion.synthesis.scaling import whitened
+from dob_companion.synthesis.norms.hinf import hinf_norm
+from dob_companion.synthesis.plant.estimation import delay, estimation_problem
+from dob_companion.synthesis.plant.loop import close_loop
+from dob_companion.synthesis.plant.models import stack
+from dob_companion.synthesis.solve.riccati import central_filter
+from dob_companion.synthesis.solve.scaling import whitened
 from tests.synthesis import paper
 from tests.synthesis.problems import random_plant, random_problem, static
 

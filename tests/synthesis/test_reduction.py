@@ -10,10 +10,10 @@ from dob_companion.cli.main import main
 from dob_companion.errors import NotCertifiedError, SpecError
 from dob_companion.lti.response import gains, spectral_radius
 from dob_companion.synthesis import parse_spec, synthesize
-from dob_companion.synthesis.loop import close_loop
-from dob_companion.synthesis.norms import hinf_norm
-from dob_companion.synthesis.problem import Problem
-from dob_companion.synthesis.reduction import projection
+from dob_companion.synthesis.certify.reduction import projection
+from dob_companion.synthesis.norms.hinf import hinf_norm
+from dob_companion.synthesis.plant.loop import close_loop
+from dob_companion.synthesis.plant.problem import Problem
 from tests.synthesis.paper import PID, PLANT, SPEC, W_D, W_N
 
 PLANTS = {plant.name: plant for plant in all_plants()}

@@ -6,8 +6,8 @@ import pytest
 
 from dob_companion.lti.response import gains
 from dob_companion.synthesis import synthesize, zpk
-from dob_companion.synthesis.loop import close_loop
-from dob_companion.synthesis.models import stack
+from dob_companion.synthesis.plant.loop import close_loop
+from dob_companion.synthesis.plant.models import stack
 from tests.synthesis import paper
 
 BAND = zpk([1.0, -0.9], [0.99, 0.9], 0.05, paper.DT)

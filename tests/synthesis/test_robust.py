@@ -15,17 +15,17 @@ from dob_companion.lti.response import response, spectral_radius
 from dob_companion.report.design_page import design_page
 from dob_companion.report.robust_chart import robust_claims
 from dob_companion.synthesis import design_from_toml, parse_spec, synthesize, verify, zpk
-from dob_companion.synthesis.bands import robust_bands
-from dob_companion.synthesis.cells import Sample, disks, factor_system, first_cells, mode_root, samples
-from dob_companion.synthesis.destabilize import all_pass, band_pass
-from dob_companion.synthesis.interconnection import interconnect
-from dob_companion.synthesis.loop import close_loop
-from dob_companion.synthesis.models import stack
-from dob_companion.synthesis.norms import hinf_norm
-from dob_companion.synthesis.problem import Problem
-from dob_companion.synthesis.robust import FACTOR_STEP, GUARD, analyse, error_of
-from dob_companion.synthesis.table import Table
-from dob_companion.synthesis.uncertainty import ChannelUncertainty, Interval, Mode, Uncertainty, parse_uncertainty
+from dob_companion.synthesis.norms.hinf import hinf_norm
+from dob_companion.synthesis.plant.loop import close_loop
+from dob_companion.synthesis.plant.models import stack
+from dob_companion.synthesis.plant.problem import Problem
+from dob_companion.synthesis.robust.analysis import FACTOR_STEP, GUARD, analyse, error_of
+from dob_companion.synthesis.robust.bands import robust_bands
+from dob_companion.synthesis.robust.cells import Sample, disks, factor_system, first_cells, mode_root, samples
+from dob_companion.synthesis.robust.destabilize import all_pass, band_pass
+from dob_companion.synthesis.robust.interconnection import interconnect
+from dob_companion.synthesis.spec.table import Table
+from dob_companion.synthesis.spec.uncertainty import ChannelUncertainty, Interval, Mode, Uncertainty, parse_uncertainty
 from tests.synthesis.paper import DT, PID, PLANT, W_D, W_N
 
 SPEC = Path(__file__).parents[2] / "examples" / "robust_pitch.toml"

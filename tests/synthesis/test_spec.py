@@ -5,7 +5,7 @@ import pytest
 
 from dob_companion.errors import SpecError, UnsolvableError
 from dob_companion.synthesis import design_from_toml, parse_spec
-from dob_companion.synthesis.spec import Entries, Polynomial, Zpk
+from dob_companion.synthesis.spec.parse import Entries, Polynomial, Zpk
 from tests.synthesis import paper
 
 TWO_AXES = """

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from dob_companion.synthesis import synthesize
-from dob_companion.synthesis.loop import close_loop
-from dob_companion.synthesis.margins import disk_margin
-from dob_companion.synthesis.plant import delay
-from dob_companion.synthesis.structured import optimal_scales, structured_bounds
+from dob_companion.synthesis.certify.margins import disk_margin
+from dob_companion.synthesis.norms.structured import optimal_scales, structured_bounds
+from dob_companion.synthesis.plant.estimation import delay
+from dob_companion.synthesis.plant.loop import close_loop
 from tests.synthesis.problems import DT, random_problem, static
 
 slycot = pytest.importorskip("slycot")

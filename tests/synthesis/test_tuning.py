@@ -14,10 +14,10 @@ from dob_companion.comparison.vehicle import Vehicle, close, no_observer
 from dob_companion.errors import SpecError, UnsolvableError
 from dob_companion.report.design_page import design_page
 from dob_companion.synthesis import parse_spec, synthesize
-from dob_companion.synthesis.models import from_data
-from dob_companion.synthesis.reduce import gramian
-from dob_companion.synthesis.tuning import tune_block, tuned_design_from_toml
-from dob_companion.synthesis.yardstick import Yardstick
+from dob_companion.synthesis.plant.minimal import gramian
+from dob_companion.synthesis.plant.models import from_data
+from dob_companion.synthesis.tune.tuning import tune_block, tuned_design_from_toml
+from dob_companion.synthesis.tune.yardstick import Yardstick
 from tests.synthesis import paper
 
 EXAMPLE = (Path(__file__).parents[2] / "examples" / "tailsitter_auto.toml").read_text(encoding="utf-8")

@@ -1,0 +1,1 @@
+"""What is asked: the spec file and the arguments of a call, read and checked before anything is computed."""

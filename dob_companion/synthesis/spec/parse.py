@@ -1,0 +1,275 @@
+"""A design spec: TOML text in, frozen dataclasses out. Pure; no file is opened and nothing is converted here.
+
+Every complaint is a SpecError of one line that names the file and the key; an unknown key is answered
+with the nearest known one. `plant/models.py` turns the models below into state space.
+"""
+
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from dob_companion.artifact import AXES
+from dob_companion.errors import SpecError
+from dob_companion.synthesis.spec.auto import AutoSpec, parse_auto
+from dob_companion.synthesis.spec.limits import LONGEST_DELAY
+from dob_companion.synthesis.spec.model_file import Reader, with_model_files
+from dob_companion.synthesis.spec.table import Table, is_number, shown
+from dob_companion.synthesis.spec.uncertainty import Uncertainty, parse_uncertainty
+
+METHODS = ("zoh", "foh", "tustin", "impulse")
+"""Named ways from continuous to discrete time."""
+
+RATES_HZ = 1e-3, 1e6
+"""Slowest and fastest rate of a spec."""
+
+FORMS = {"zpk": ("zeros", "poles", "gain"), "polynomial": ("num", "den"), "matrices": ("A", "B", "C", "D")}
+_FORM_KEYS = tuple(key for keys in FORMS.values() for key in keys)
+_MODEL_KEYS = (*_FORM_KEYS, "domain", "method")
+
+Rows = tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Zpk:
+    """gain * prod(s - zeros) / prod(s - poles), s being z or s; complex roots stand with their conjugates."""
+
+    zeros: tuple[complex, ...]
+    poles: tuple[complex, ...]
+    gain: float
+
+
+@dataclass(frozen=True, slots=True)
+class Polynomial:
+    """num / den, coefficients in descending powers."""
+
+    num: tuple[float, ...]
+    den: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Matrices:
+    """State space as nested rows; shapes are checked by `plant/models.py`."""
+
+    A: Rows
+    B: Rows
+    C: Rows
+    D: Rows
+
+
+@dataclass(frozen=True, slots=True)
+class Entries:
+    """A transfer matrix: (output, input) -> model, an absent entry being 0."""
+
+    size: int
+    items: tuple[tuple[int, int, "Model"], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """One linear model as written, and where it was written (for messages)."""
+
+    form: Zpk | Polynomial | Matrices | Entries
+    where: str
+    domain: str = "z"
+    method: str = "zoh"
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """A weighting filter: one for every channel, or own ones per channel index, or both."""
+
+    where: str
+    common: Model | None
+    own: tuple[tuple[int, Model], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class BlockSpec:
+    """One block: a SISO axis, or several coupled ones. Only a spec with [auto] may leave the weights out."""
+
+    where: str
+    name: str
+    axes: tuple[str, ...]
+    delay_samples: int
+    plant: Model
+    controller: Model
+    disturbance: Weight | None
+    noise: Weight | None
+    uncertainty: Uncertainty | None = None
+    largest_order: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """A whole design spec. rate_hz in Hz; gamma_backoff > 1; delay_samples counts the link only."""
+
+    rate_hz: float
+    delay_samples: int
+    gamma_backoff: float
+    blocks: tuple[BlockSpec, ...]
+    source: str = field(default="spec")
+    auto: AutoSpec | None = None
+
+    @property
+    def dt(self) -> float:
+        """Sample time in s."""
+        return 1.0 / self.rate_hz
+
+
+def parse_spec(text: str, source: str = "spec.toml", read: Reader | None = None) -> Spec:
+    """Read a design spec; `read` fetches the model files that it names (`model_file`).
+
+    Raises SpecError, one line that begins with `source`.
+    """
+    try:
+        raw = tomllib.loads(text)
+    except (ValueError, RecursionError) as problem:
+        raise SpecError(f"{source}: not TOML: {problem}") from None
+    top = Table(source, with_model_files(raw, source, read), ("design", "block", "auto"))
+    head = top.table("design", ("rate_hz", "delay_samples", "gamma_backoff", "largest_order"))
+    slow, fast = RATES_HZ
+    rate = head.number("rate_hz", lambda x: slow <= x <= fast, f"a positive number of Hz, from {slow:g} to {fast:g}")
+    delay = head.whole("delay_samples", 1, LONGEST_DELAY)
+    backoff = head.number("gamma_backoff", lambda x: 1.0 < x <= 10.0, "a number above 1, at most 10", 1.01)
+    auto = parse_auto(top.open("auto"), rate) if "auto" in top else None
+    order = _order(head, None)
+    blocks = tuple(_block(source, item, delay, order, weighted=auto is None) for item in top.tables("block"))
+    if not blocks:
+        raise SpecError(f"{source}: block: expected at least one [[block]]")
+    _refuse_shared_axes(source, blocks)
+    return Spec(rate, delay, backoff, blocks, source, auto)
+
+
+def _refuse_shared_axes(source: str, blocks: tuple[BlockSpec, ...]) -> None:
+    owner: dict[str, str] = {}
+    for block in blocks:
+        for axis in block.axes:
+            if axis in owner:
+                raise SpecError(
+                    f"{source}: block {block.name!r}: axes: {axis!r} already belongs to block {owner[axis]!r}"
+                )
+            owner[axis] = block.name
+
+
+def _order(table: Table, default: int | None) -> int | None:
+    """`largest_order`, the number of states that an observer may have; None for as many as it takes."""
+    if "largest_order" not in table:
+        return default
+    order = table.whole("largest_order", 0)
+    if order == 0:
+        raise SpecError(f"{table.where}: largest_order: expected a whole number of 1 or more, got 0")
+    return order
+
+
+def _block(source: str, item: object, delay: int, order: int | None, *, weighted: bool) -> BlockSpec:
+    keys = ("name", "axes", "delay_samples", "largest_order", "plant", "controller", "weights", "uncertainty")
+    table = Table(f"{source}: block", item, keys)
+    name = table.text("name")
+    table = Table(f"{source}: block {name!r}", item, keys)
+    axes = table.texts("axes")
+    if not axes or len(set(axes)) != len(axes) or not set(axes) <= set(AXES):
+        raise SpecError(f"{table.where}: axes: expected different ones of {', '.join(AXES)}, got {shown(list(axes))}")
+    disturbance, noise = _weights(table, axes) if weighted or "weights" in table else (None, None)
+    return BlockSpec(
+        where=table.where,
+        name=name,
+        axes=axes,
+        delay_samples=table.whole("delay_samples", delay, LONGEST_DELAY),
+        plant=_model(table.open("plant"), axes),
+        controller=_model(table.open("controller"), axes),
+        disturbance=disturbance,
+        noise=noise,
+        uncertainty=parse_uncertainty(table.open("uncertainty"), axes) if "uncertainty" in table else None,
+        largest_order=_order(table, order),
+    )
+
+
+def _weights(block: Table, axes: tuple[str, ...]) -> tuple[Weight, Weight]:
+    weights = block.table("weights", ("disturbance", "noise"))
+    return _weight(weights.open("disturbance"), axes), _weight(weights.open("noise"), axes)
+
+
+def _weight(table: Table, axes: tuple[str, ...]) -> Weight:
+    table.expect((*_MODEL_KEYS, *axes))
+    own = tuple((i, _model(table.open(axis), (axis,))) for i, axis in enumerate(axes) if axis in table)
+    bare = table.without(axes)
+    common = _model(bare, axes) if len(bare) else None
+    if common is None and len(own) < len(axes):
+        missing = [axis for axis in axes if axis not in table]
+        raise SpecError(f"{table.where}: no weight for {', '.join(missing)}: give one for all, or one each")
+    return Weight(table.where, common, own)
+
+
+def _model(table: Table, axes: tuple[str, ...]) -> Model:
+    if "entry" in table:
+        table.expect(("entry", "domain", "method"))
+        items = tuple(_entry(table, item, axes) for item in table.tables("entry"))
+        seen = [(to, source) for to, source, _ in items]
+        if len(set(seen)) != len(seen):
+            raise SpecError(f"{table.where}: entry: the same from and to were given twice")
+        return Model(Entries(len(axes), items), table.where)
+    table.expect(_MODEL_KEYS)
+    return Model(_form(table), table.where, *_time_domain(table))
+
+
+def _entry(parent: Table, item: object, axes: tuple[str, ...]) -> tuple[int, int, Model]:
+    domain, method = _time_domain(parent)
+    table = Table(f"{parent.where}: entry", item, ("from", "to", *FORMS["zpk"], *FORMS["polynomial"]))
+    ends = [table.text(key) for key in ("to", "from")]
+    for key, axis in zip(("to", "from"), ends, strict=True):
+        if axis not in axes:
+            raise SpecError(f"{table.where}: {key}: {axis!r} is not one of this block's axes {list(axes)}")
+    where = f"{parent.where}: entry {ends[1]} -> {ends[0]}"
+    form = _form(Table(where, item, table.known))
+    return axes.index(ends[0]), axes.index(ends[1]), Model(form, where, domain, method)
+
+
+def _time_domain(table: Table) -> tuple[str, str]:
+    domain = table.choice("domain", ("z", "s"), "z")
+    if domain == "z" and "method" in table:
+        raise SpecError(f'{table.where}: method: only a model with domain = "s" is discretized')
+    return domain, table.choice("method", METHODS, "zoh")
+
+
+def _form(table: Table) -> Zpk | Polynomial | Matrices:
+    begun = [name for name, keys in FORMS.items() if any(key in table for key in keys)]
+    if len(begun) != 1:
+        raise SpecError(f"{table.where}: expected one of zeros, poles, gain | num, den | A, B, C, D")
+    make: dict[str, Callable[[Table], Zpk | Polynomial | Matrices]] = {
+        "zpk": _zpk,
+        "polynomial": _polynomial,
+        "matrices": _matrices,
+    }
+    return make[begun[0]](table)
+
+
+def _zpk(table: Table) -> Zpk:
+    zeros, poles = _roots(table, "zeros"), _roots(table, "poles")
+    if len(zeros) > len(poles):
+        raise SpecError(f"{table.where}: zeros: {len(zeros)} of them but {len(poles)} poles: not causal")
+    return Zpk(zeros, poles, table.number("gain"))
+
+
+def _roots(table: Table, key: str) -> tuple[complex, ...]:
+    """Real roots as they are; [re, im] gives the conjugate pair."""
+    out: list[complex] = []
+    for item in table.items(key):
+        pair = [item, 0.0] if not isinstance(item, list) else item
+        if len(pair) != 2 or not all(is_number(part) for part in pair):
+            raise SpecError(f"{table.where}: {key}: expected finite numbers or [re, im] pairs, got {shown(item)}")
+        root = complex(float(pair[0]), float(pair[1]))
+        out += [root, root.conjugate()] if root.imag else [root]
+    return tuple(out)
+
+
+def _polynomial(table: Table) -> Polynomial:
+    num, den = table.numbers("num"), table.numbers("den")
+    if not den or den[0] == 0.0:
+        raise SpecError(f"{table.where}: den: expected a leading coefficient that is not 0")
+    if len(num) > len(den):
+        raise SpecError(f"{table.where}: num: degree {len(num) - 1} above den's {len(den) - 1}: not causal")
+    return Polynomial(num or (0.0,), den)
+
+
+def _matrices(table: Table) -> Matrices:
+    return Matrices(*(table.matrix(key) for key in FORMS["matrices"]))

@@ -1,0 +1,1 @@
+"""Weights found for a pilot's wishes instead of given."""
