@@ -9,20 +9,22 @@
 correction runs on the vehicle's stamps (`dob`), so the companion behaves the same in lockstep.
 """
 
-import math
 from collections.abc import Callable
 
 from dob_companion import __version__
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.clocks import seconds
 from dob_companion.companion.config import CompanionConfig
-from dob_companion.companion.dob import Answer, DobLoop
+from dob_companion.companion.dob import DobLoop
 from dob_companion.companion.neighbours import Neighbours
+from dob_companion.companion.obeyed import SILENCE_S, Obeyed
 from dob_companion.companion.operator import Operator
+from dob_companion.companion.outgoing import Outgoing
 from dob_companion.companion.parameters import Parameters
 from dob_companion.companion.status import Event, Status
 from dob_companion.companion.streams import WantedStreams
 from dob_companion.companion.waiting import Waiting
+from dob_companion.companion.zeros import Zeros
 from dob_companion.mavlink import (
     AppliedMoment,
     Codec,
@@ -43,21 +45,11 @@ from dob_companion.mavlink import (
     Speaker,
     TimesyncReply,
     TimesyncRequest,
-    profiles,
     stream_requests,
 )
 from dob_companion.mavlink.facts import Axes3
 from dob_companion.mavlink.profiles import Profile
 from dob_companion.supervisor import State, ages
-from dob_companion.supervisor.monitors import UNKNOWN_AGE
-
-SILENCE_S = 0.5
-"""Wall time without a gyro message after which it is silence. Above the 0.2 s at which a waiting vehicle in lockstep
-repeats its newest pair, with room for a busy machine; the vehicle itself fades a held correction within 0.2 s, so that
-nothing but zeros may follow."""
-
-ZEROS_S = 0.5
-"""So long zeros are sent after a correction has ended in silence: one alone may be lost."""
 
 LONGEST_CLOSING_S = 0.5
 """A correction is faded for so long at most when the companion leaves; then it is zero."""
@@ -81,12 +73,12 @@ class Companion:
         self.newborn: Callable[[], Companion] = lambda: Companion(design, config, now=now, datagrams=datagrams)
         """Builds a companion as this one was before it had heard anything."""
         self.parameters = Parameters(config.parameters)
-        self._new_loop: Callable[[], DobLoop] = lambda: DobLoop(design, self.parameters, config.regime)
-        self.loop = self._new_loop()
+        self.loop = DobLoop(design, self.parameters, config.regime)
         self.load = ComputerLoad()
         self.closed = False
-        self._asked_profile, self._carrier = config.profile, config.correction_message
-        self._codec = Codec(profile=profiles.at_first(config.profile), datagrams=datagrams)
+        self._obeyed = Obeyed(config.system, config.profile, now)
+        self._carrier = config.correction_message
+        self._codec = Codec(profile=self.profile, datagrams=datagrams)
         self._speaker = Speaker(self._carrier or self.profile.carrier)
         self._operator = Operator(self.parameters, self._speaker)
         self._new_streams: Callable[[], WantedStreams] = lambda: WantedStreams(
@@ -95,20 +87,16 @@ class Companion:
         self._streams = self._new_streams()
         self._neighbours = Neighbours()
         self._waiting = Waiting()
-        self._wanted_system = config.system
-        self._refused: set[int] = set()
+        self._zeros = Zeros(design.dt)
         self._greeting = f"dob-companion {__version__} design {design.sha256[:8]}"
-        self._out: list[bytes] = []
+        self._out = Outgoing()
         self._events: list[Event] = []
         self._next_heartbeat = now
-        self._now = self._heard_gyro = self._heard_beat = now
+        self._now = now
         self._sent = NO_CORRECTION
-        self._zeros_since: float | None = None
-        self._zeros_sent = 0
         self._close_by = float("inf")
         self._untold = 0
         self._answered: int | None = None
-        self._unsent: list[tuple[Answer, bytes]] = []
         self._two_clocks = False
 
     # The four verbs -------------------------------------------------------------------------------------------
@@ -127,12 +115,12 @@ class Companion:
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + HEARTBEAT_S
             self._each_second(now)
-        for system, component in self.loop.watch.regime.gone(now):
+        for system, component in self.loop.strangers_gone(now):
             self._say(Severity.NOTICE, f"DOB: {system}/{component} gone, not heard for {ages.STRANGER_S:g} s")
         request = self._streams.due(now)
         if request:
-            self._out.append(self._speaker.request(request))
-        if now - self._heard_gyro >= SILENCE_S:
+            self._out.put(self._speaker.request(request))
+        if self._obeyed.silent(now):
             self._without_samples(now)
         if self.loop.closing and (not self.loop.injecting or now >= self._close_by):
             self._finish(now)
@@ -140,19 +128,16 @@ class Companion:
 
     def bytes_to_send(self) -> list[bytes]:
         """Messages to send, oldest first; each call empties the list."""
-        if self._unsent:
-            self.loop.answer_left(self._unsent[-1][0].stamp_us)
-            self._unsent.clear()
-        out, self._out = self._out, []
-        return out
+        messages, answered_us = self._out.take()
+        if answered_us is not None:
+            self.loop.answer_left(answered_us)
+        return messages
 
     def next_deadline(self) -> float:
         """When `advance` must be called even if nothing comes in."""
-        silence = self._heard_gyro + SILENCE_S
-        if self._zeros_since is not None:
-            silence = self._zeros_since + self._zeros_sent * self.loop.dt
-        elif not self.loop.injecting:
-            silence = float("inf")
+        silence = self._zeros.deadline
+        if silence is None:
+            silence = self._obeyed.gyro_at + SILENCE_S if self.loop.injecting else float("inf")
         return min(self._next_heartbeat, self._streams.deadline, silence, self._close_by)
 
     # What the runtime asks besides ----------------------------------------------------------------------------
@@ -160,7 +145,7 @@ class Companion:
     @property
     def vehicle(self) -> int | None:
         """System id of the vehicle that is obeyed; None while none has been heard."""
-        return self._codec.system
+        return self._obeyed.system
 
     def may_bring_sample(self, data: bytes) -> bool:
         """Whether a gyro sample may be in these bytes. When several pieces have come in, nothing should be sent before
@@ -170,12 +155,12 @@ class Companion:
     @property
     def profile(self) -> Profile:
         """What the vehicle is flown by; the one at first while none has been heard."""
-        return self._codec.profile
+        return self._obeyed.profile
 
     @property
     def next_sample(self) -> float:
         """When the next gyro sample is to be expected."""
-        return self._heard_gyro + self.loop.dt
+        return self._obeyed.gyro_at + self.loop.dt
 
     def close(self, now: float) -> None:
         """Begin to leave: fade out, then a zero as the last message, then `closed` is True."""
@@ -191,30 +176,30 @@ class Companion:
 
     def status(self) -> Status:
         """The moment, for whoever shows it."""
-        loop, counters, silent = self.loop, self.loop.samples.counters, self._silent
-        round_trip = loop.round_trip.percentile(0.5)
+        figures, counters = self.loop.figures(), self._codec.counters
+        if self._silent:
+            figures = figures.without_samples()
         return Status(
-            loop.state,
-            loop.why,
-            0.0 if silent else loop.gate.rate.hz,
-            UNKNOWN_AGE if silent else loop.gate.delay_median,
-            UNKNOWN_AGE if silent else loop.gate.delay.percentile(0.95),
-            None if math.isnan(round_trip) else round_trip,
-            NO_CORRECTION if silent else loop.d_hat,
-            self._sent,
-            counters.stepped,
-            counters.bridged,
-            counters.gaps,
-            counters.late,
-            self._codec.counters.bad,
-            self._codec.counters.foreign,
-            None if self.vehicle is None else max(self._now - max(self._heard_beat, self._heard_gyro), 0.0),
+            state=self.loop.state,
+            why=self.loop.why,
+            rate_hz=figures.rate_hz,
+            delay_samples=figures.delay_samples,
+            delay_p95_samples=figures.delay_p95_samples,
+            round_trip_s=figures.round_trip_s,
+            d_hat=figures.d_hat,
+            correction=self._sent,
+            stepped=figures.stepped,
+            bridged=figures.bridged,
+            gaps=figures.gaps,
+            late=figures.late,
+            bad=counters.bad,
+            foreign=counters.foreign,
+            heard_s=self._obeyed.heard_s(self._now),
         )
 
     @property
     def _silent(self) -> bool:
-        """No gyro sample has come for so long that nothing is known of the vehicle's motion."""
-        return self._now - self._heard_gyro >= SILENCE_S
+        return self._obeyed.silent(self._now)
 
     # Facts ----------------------------------------------------------------------------------------------------
 
@@ -229,52 +214,41 @@ class Companion:
                 self._heartbeat(fact, now)
             case FlightState():
                 self._streams.heard(Input.FLIGHT_STATE)
-                self.loop.watch.flight_state(fact, now)
+                self.loop.flight_state(fact, now)
             case RcChannels():
                 self._streams.heard(Input.RC_CHANNELS)
-                self.loop.watch.regime.rc_channels(fact.pulses_us, now)
+                self.loop.rc_channels(fact.pulses_us, now)
             case CorrectionHeard():
                 self._correction_heard(fact, now)
             case ParamWrite() | ParamRead():
-                self._out.extend(self._operator.answer(fact))
+                self._out.put(*self._operator.answer(fact))
                 self._events += map(Event.info, self._operator.words())
                 self.loop.operator_wrote()
                 self._report()
             case CommandAck():
                 self._acknowledged(fact, now)
             case CommandForUs():
-                self._out.append(self._speaker.unsupported(fact))
+                self._out.put(self._speaker.unsupported(fact))
             case TimesyncReply():
-                self.loop.round_trip.answered(fact.ts1_ns, now)
+                self.loop.time_answered(fact.ts1_ns, now)
             case FileRequest():
-                self._out.append(self._speaker.no_file(fact))
+                self._out.put(self._speaker.no_file(fact))
             case TimesyncRequest():
-                self._out.append(self._speaker.timesync(fact, round(now * 1e9)))
+                self._out.put(self._speaker.timesync(fact, round(now * 1e9)))
 
     def _gyro(self, sample: GyroSample, now: float) -> None:
         self._streams.heard(Input.GYRO, sample.stamp_us)
-        repeat = sample.stamp_us == self.loop.samples.newest_us
+        repeat = sample.stamp_us == self.loop.newest_us
         answer = self.loop.gyro(sample, now)
         if answer is None:
             return
-        self._heard_gyro, self._zeros_since = now, None
-        if self._unsent:
-            self._leave_out_old(sample.stamp_us)
-        message = self._speaker.correction(answer.stamp_us, answer.correction)
-        self._out.append(message)
-        self._unsent.append((answer, message))
+        self._obeyed.gyro_at = now
+        self._zeros.over()
+        self._out.leave_out_before(self.loop.too_old_before(sample.stamp_us))
+        self._out.answer(answer, self._speaker.correction(answer.stamp_us, answer.correction))
         self._sent = answer.correction
         if not repeat:
             self._answered = sample.stamp_us
-
-    def _leave_out_old(self, newest_us: int) -> None:
-        """Of the samples of a backlog only the newest are answered, unless by zero: what an older one asks for is
-        older than the design allows, and the vehicle takes the newest in any case."""
-        old = newest_us - self.loop.gate.median_limit * round(1e6 * self.loop.dt)
-        left_out = [m for answer, m in self._unsent if answer.stamp_us < old and any(answer.correction)]
-        if left_out:
-            self._out = [message for message in self._out if message not in left_out]
-            self._unsent = [kept for kept in self._unsent if kept[1] not in left_out]
 
     def _follow_up(self) -> None:
         """What comes after an answer, when that has left: the loop's own measuring, telemetry, words."""
@@ -292,43 +266,30 @@ class Companion:
         """Telemetry."""
         status = self.status()
         values = (*status.d_hat, *status.correction, status.state, status.delay_samples, status.rate_hz)
-        self._out.append(self._speaker.telemetry(stamp_us, values))
+        self._out.put(self._speaker.telemetry(stamp_us, values))
 
     def _heartbeat(self, beat: Heartbeat, now: float) -> None:
         if not beat.make:
             return
-        if beat.system != self.vehicle and self._may_obey(beat.system, now):
-            profile = profiles.choose(self._asked_profile, beat.make)
+        if beat.system != self.vehicle and self._obeyed.may_become(beat.system, now, injecting=self.loop.injecting):
+            profile = self._obeyed.profile_for(beat)
             if profile is None:
-                self._refuse(beat)
+                if why := self._obeyed.refuse(beat):
+                    self._events.append(Event(Severity.WARNING, why))
                 return
             self._meet(beat.system, profile, now)
         if beat.system == self.vehicle:
-            self._heard_beat = now
+            self._obeyed.beat(now)
             standing_by = beat.status in self.profile.landed.standing_by
-            self.loop.watch.regime.heartbeat(beat.armed, now, standing_by=standing_by)
+            self.loop.heartbeat(beat.armed, now, standing_by=standing_by)
         else:
             self._stranger(beat.system, beat.component, now)
 
-    def _may_obey(self, system: int, now: float) -> bool:
-        """The vehicle is the configured one, or else the first that is heard, until it has been silent for long."""
-        if self._wanted_system is not None:
-            return system == self._wanted_system
-        silent_s = now - max(self._heard_beat, self._heard_gyro)
-        return self.vehicle is None or (silent_s >= ages.VEHICLE_S and not self.loop.injecting)
-
-    def _refuse(self, beat: Heartbeat) -> None:
-        """An autopilot that the profile asked for is not for. Said once of each."""
-        if beat.system not in self._refused:
-            self._refused.add(beat.system)
-            makes = " or ".join(self.profile.makes)
-            text = f"system {beat.system} is {beat.make}, profile {self.profile.name} is for {makes}: not obeyed"
-            self._events.append(Event(Severity.WARNING, text))
-
     def _meet(self, system: int, profile: Profile, now: float) -> None:
-        before, self._codec.system, self._speaker.system = self.vehicle, system, system
+        before = self.vehicle
+        self._obeyed.system = self._codec.system = self._speaker.system = system
         if profile is not self.profile:
-            self._codec.profile = profile
+            self._obeyed.profile = self._codec.profile = profile
             self._streams = self._new_streams()
             self._speaker.carry(self._carrier or profile.carrier)
         self._neighbours.we_are(system)
@@ -341,22 +302,21 @@ class Companion:
     def _leave(self, before: int, now: float) -> None:
         """Another vehicle in the place of the one `before`: off, and everything is measured anew."""
         self.parameters.switch_off()
-        state, echo, closing = self.loop.state, self.loop.watch.echo, self.loop.closing
-        self.loop = self._new_loop()
-        self.loop.watch.echo, self.loop.closing = echo, closing  # what we sent stays ours
+        state, self.loop = self.loop.state, self.loop.for_another_vehicle()
         self.parameters.publish_state(self.loop.state)
-        self._heard_gyro, self._answered, self._zeros_since = now, None, None
-        self._out.append(self._operator.value("DOB_ENABLE"))
+        self._obeyed.gyro_at, self._answered = now, None
+        self._zeros.over()
+        self._out.put(self._operator.value("DOB_ENABLE"))
         self._say(Severity.WARNING, f"DOB: system {before} silent for {ages.VEHICLE_S:g} s, obey {self.vehicle}")
         if state is not self.loop.state:
             self._say(Severity.NOTICE, f"DOB {self.loop.state.name}: another vehicle")
 
     def _correction_heard(self, heard: CorrectionHeard, now: float) -> None:
-        if self._neighbours.injects(heard, self.loop.watch.echo):
+        if self._neighbours.injects(heard, self.loop.echo):
             self._stranger(heard.sender.system, heard.sender.component, now)
 
     def _stranger(self, system: int, component: int, now: float) -> None:
-        if self.loop.watch.regime.stranger(system, component, now):
+        if self.loop.stranger(system, component, now):
             self._say(Severity.WARNING, f"DOB: another controller on the link: {system}/{component}")
 
     def _acknowledged(self, ack: CommandAck, now: float) -> None:
@@ -366,17 +326,16 @@ class Companion:
     # Time -----------------------------------------------------------------------------------------------------
 
     def _each_second(self, now: float) -> None:
-        self._out.append(self._speaker.heartbeat(fault=self.loop.state is State.FAULT))
+        self._out.put(self._speaker.heartbeat(fault=self.loop.state is State.FAULT))
         self._operator.each_second()
         self._events += map(Event.info, self._operator.words())
         if self.vehicle is None:
             return
-        newest_us = self.loop.samples.newest_us or 0
+        newest_us = self.loop.newest_us or 0
         asked_ns = round(now * 1e9)
-        self.loop.round_trip.asked(asked_ns)
-        self._out.append(self._speaker.ask_time(asked_ns))
-        self._out.append(self._speaker.computer_status(newest_us, self.load))
-        self.loop.round_trip.forget(now)
+        self.loop.time_asked(asked_ns, now)
+        self._out.put(self._speaker.ask_time(asked_ns))
+        self._out.put(self._speaker.computer_status(newest_us, self.load))
         for words in self._streams.judge(now, newest_us * 1e-6, silent=self._silent):
             self._say(Severity.WARNING, f"DOB: {words}"[:50])
         if self._silent and newest_us:  # or a ground station would go on showing what was told last
@@ -385,26 +344,21 @@ class Companion:
 
     def _without_samples(self, now: float) -> None:
         """Silence: the vehicle has faded by itself, and zeros tell it that this was the end of it."""
-        if self._zeros_since is None and self.loop.injecting:
-            self._zeros_since, self._zeros_sent = now, 0
+        if self.loop.injecting:
+            self._zeros.begin(now)
         self.loop.silent()
-        if self._zeros_since is None:
-            return
-        while self._zeros_since + self._zeros_sent * self.loop.dt <= min(now, self._zeros_since + ZEROS_S):
-            self._zero(self._zeros_since, self._zeros_sent)
-            self._zeros_sent += 1
-        if self._zeros_sent * self.loop.dt > ZEROS_S:
-            self._zeros_since = None
+        for found_at, later in self._zeros.due(now):
+            self._zero(found_at, later)
 
     def _zero(self, now: float, later: int = 0) -> None:
         """A zero under the stamp that a sample would bear by `now`, or so many samples later."""
-        newest = self.loop.samples.newest_us
+        newest = self.loop.newest_us
         if newest is not None:
-            missed = int((now - self._heard_gyro) / self.loop.dt) + later
+            missed = int((now - self._obeyed.gyro_at) / self.loop.dt) + later
             stamp = newest + missed * round(1e6 * self.loop.dt)
             self._sent = NO_CORRECTION
-            self.loop.watch.echo.sent(stamp, NO_CORRECTION)
-            self._out.append(self._speaker.correction(stamp, NO_CORRECTION))
+            self.loop.zero_sent(stamp)
+            self._out.put(self._speaker.correction(stamp, NO_CORRECTION))
 
     def _finish(self, now: float) -> None:
         if not self.closed:
@@ -414,7 +368,7 @@ class Companion:
     # Words ----------------------------------------------------------------------------------------------------
 
     def _report(self) -> None:
-        self._report_clocks(self.loop.samples.clocks.offset_s)
+        self._report_clocks(self.loop.clock_offset_s)
         for change in self.loop.take_transitions():
             self._waiting.said(change.reason)
             severity = Severity.CRITICAL if change.target is State.FAULT else Severity.NOTICE
@@ -440,5 +394,5 @@ class Companion:
             self._say(Severity.WARNING, f"DOB: gyro and moments on two clocks: {seconds(offset)}")
 
     def _say(self, severity: Severity, text: str) -> None:
-        self._out.append(self._speaker.text(severity, text))
+        self._out.put(self._speaker.text(severity, text))
         self._events.append(Event(severity, text))

@@ -4,18 +4,21 @@ No MAVLink and no wall time in here: everything that shapes a correction runs on
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.parameters import Parameters
 from dob_companion.companion.samples import Arrival, Inputs, Samples
+from dob_companion.companion.status import Figures
 from dob_companion.companion.watch import Watch
-from dob_companion.mavlink import AppliedMoment, GyroSample
+from dob_companion.mavlink import AppliedMoment, FlightState, GyroSample
 from dob_companion.mavlink.facts import Axes3
 from dob_companion.observer import ObserverBank
 from dob_companion.supervisor import (
     Conditions,
     CorrectionShaper,
+    Echo,
     LinkGate,
     RegimeLimits,
     RoundTrip,
@@ -56,6 +59,7 @@ class DobLoop:
         slowest = max(block.certificate.slowest_mode_s for block in design.blocks)
         delay = min(block.delay_samples for block in design.blocks)
         p95 = min(block.delay_samples + block.certificate.delay_margin_samples for block in design.blocks)
+        self._newborn: Callable[[], DobLoop] = lambda: DobLoop(design, parameters, limits)
         self.dt = design.dt
         self.gate = LinkGate(1.0 / design.dt, delay, p95 - delay)
         self.round_trip = RoundTrip()
@@ -93,6 +97,80 @@ class DobLoop:
     def injecting(self) -> bool:
         """Whether the last answer may differ from zero."""
         return self.shaper.f > 0.0
+
+    @property
+    def newest_us(self) -> int | None:
+        """Stamp of the newest gyro sample; None before the first."""
+        return self.samples.newest_us
+
+    @property
+    def clock_offset_s(self) -> float | None:
+        """How far the clocks of gyro and moments lie apart; None when they are one."""
+        return self.samples.clocks.offset_s
+
+    @property
+    def echo(self) -> Echo:
+        """The record of what we have sent."""
+        return self.watch.echo
+
+    def figures(self) -> Figures:
+        """What was measured, up to the last sample."""
+        counters, round_trip = self.samples.counters, self.round_trip.percentile(0.5)
+        return Figures(
+            rate_hz=self.gate.rate.hz,
+            delay_samples=self.gate.delay_median,
+            delay_p95_samples=self.gate.delay.percentile(0.95),
+            round_trip_s=None if math.isnan(round_trip) else round_trip,
+            d_hat=self.d_hat,
+            stepped=counters.stepped,
+            bridged=counters.bridged,
+            gaps=counters.gaps,
+            late=counters.late,
+        )
+
+    def too_old_before(self, newest_us: int) -> int:
+        """A sample stamped before this is older than the design allows when `newest_us` has come."""
+        return newest_us - self.gate.median_limit * round(1e6 * self.dt)
+
+    def for_another_vehicle(self) -> "DobLoop":
+        """A loop for another vehicle in the place of this one: everything is measured anew, but what we sent stays
+        ours, and who was leaving leaves."""
+        loop = self._newborn()
+        loop.watch.echo, loop.closing = self.echo, self.closing
+        return loop
+
+    def heartbeat(self, armed: bool, now: float, *, standing_by: bool = False) -> None:
+        """The vehicle's heartbeat has come at `now` (wall, s)."""
+        self.watch.regime.heartbeat(armed, now, standing_by=standing_by)
+
+    def flight_state(self, state: FlightState, now: float) -> None:
+        """The vehicle has told where it is at `now` (wall, s)."""
+        self.watch.flight_state(state, now)
+
+    def rc_channels(self, pulses_us: tuple[int, ...], now: float) -> None:
+        """The radio's channels have come at `now` (wall, s)."""
+        self.watch.regime.rc_channels(pulses_us, now)
+
+    def stranger(self, system: int, component: int, now: float) -> bool:
+        """Another controller was heard at `now` (wall, s); whether that is news."""
+        return self.watch.regime.stranger(system, component, now)
+
+    def strangers_gone(self, now: float) -> list[tuple[int, int]]:
+        """System and component of the other controllers that are no longer heard, once each."""
+        return self.watch.regime.gone(now)
+
+    def time_asked(self, asked_ns: int, now: float) -> None:
+        """The vehicle is asked for its time, with ours in ns."""
+        self.round_trip.asked(asked_ns)
+        self.round_trip.forget(now)
+
+    def time_answered(self, asked_ns: int, now: float) -> None:
+        """The vehicle has answered, and repeats what it was asked with."""
+        self.round_trip.answered(asked_ns, now)
+
+    def zero_sent(self, stamp_us: int) -> None:
+        """A zero was sent under this stamp although no sample had come."""
+        self.echo.sent(stamp_us, (0.0, 0.0, 0.0))
 
     def take_transitions(self) -> list[Transition]:
         """The changes of state since the last call."""

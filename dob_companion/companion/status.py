@@ -1,10 +1,11 @@
 """What the companion shows of itself: a picture of the moment, and what has happened."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from dob_companion.mavlink import Severity
 from dob_companion.mavlink.facts import Axes3
 from dob_companion.supervisor import State
+from dob_companion.supervisor.monitors import UNKNOWN_AGE
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +21,27 @@ class Event:
         return cls(Severity.INFO, text)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Figures:
+    """What the loop has measured; fields as in Status."""
+
+    rate_hz: float
+    delay_samples: int
+    delay_p95_samples: int
+    round_trip_s: float | None
+    d_hat: Axes3
+    stepped: int
+    bridged: int
+    gaps: int
+    late: int
+
+    def without_samples(self) -> "Figures":
+        """What of it is still true when samples have stopped."""
+        nothing = (0.0, 0.0, 0.0)
+        return replace(self, rate_hz=0.0, delay_samples=UNKNOWN_AGE, delay_p95_samples=UNKNOWN_AGE, d_hat=nothing)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Status:
     """A picture of the moment. `why` says what speaks against injecting, "" when nothing does.
 

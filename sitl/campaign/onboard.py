@@ -67,8 +67,8 @@ class Onboard:
         flight, loop, said = self._flight, self._loop, self._stamping.stamped(sample)
         now = sample.stamp_us * 1e-6
         if self._samples % REPORT_EVERY == 0:
-            loop.watch.regime.heartbeat(flight.vehicle.armed, now)
-            loop.watch.flight_state(FlightState(Landed(landed_state(flight.vehicle)), forward=False), now)
+            loop.heartbeat(flight.vehicle.armed, now)
+            loop.flight_state(FlightState(Landed(landed_state(flight.vehicle)), forward=False), now)
         self._samples += 1
         if flight.channel.pair_lost and not self._prompt:
             return

@@ -43,7 +43,7 @@ def flown(follow_up, steps):
     for k in range(1500):
         stamp += steps[k % len(steps)]
         if k % 250 == 0:
-            loop.watch.regime.heartbeat(True, stamp * 1e-6)
+            loop.heartbeat(True, stamp * 1e-6)
         if k == 600:
             parameters.write(ParamWrite("DOB_ENABLE", 1.0, None, True, Sender(255, 190)))
         rates, moment = (tuple(rng.normal(0.0, 0.01, 3).tolist()) for _ in range(2))
@@ -52,7 +52,7 @@ def flown(follow_up, steps):
             loop.follow_up()
             loop.follow_up()
         loop.moment(AppliedMoment(stamp, moment, 0.5, (0.0, 0.0, 0.0), 1.0))
-    return answers, loop.state, loop.samples.counters
+    return answers, loop.state, loop.figures()
 
 
 @settings(max_examples=5, deadline=None)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from dob_companion.companion.core import SILENCE_S
+from dob_companion.companion.obeyed import SILENCE_S
 from dob_companion.supervisor.monitors import UNKNOWN_AGE
 from tests.companion.aircraft import DT, aircraft, corrections
 
