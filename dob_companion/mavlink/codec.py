@@ -26,6 +26,7 @@ from dob_companion.mavlink.ftp import is_request
 from dob_companion.mavlink.makes import make_of
 from dob_companion.mavlink.parser import forget_parsed, robust_parser
 from dob_companion.mavlink.profiles import FALLBACK, Profile
+from dob_companion.mavlink.tunnel import correction_in
 
 AUTOPILOT = mav.MAV_COMP_ID_AUTOPILOT1
 COMPANION = mav.MAV_COMP_ID_ONBOARD_COMPUTER
@@ -161,6 +162,11 @@ def _actuator_target(_codec: Codec, m: Any) -> Fact | None:
     return CorrectionHeard(_sender(m), m.time_usec, (c[0], c[1], c[2])) if m.group_mlx == CORRECTION_GROUP else None
 
 
+def _tunnel(_codec: Codec, m: Any) -> Fact | None:
+    found = correction_in(m)
+    return CorrectionHeard(_sender(m), *found) if found else None
+
+
 def _param_list(codec: Codec, m: Any) -> Fact | None:
     return ParamRead("", None, m.target_component == COMPANION, _sender(m)) if codec.for_us(m) else None
 
@@ -210,6 +216,7 @@ _READERS: dict[int, Callable[[Codec, Any], Fact | None]] = {
     mav.MAVLINK_MSG_ID_HEARTBEAT: _heartbeat,
     mav.MAVLINK_MSG_ID_DEBUG_VECT: _debug_vect,
     mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET: _actuator_target,
+    mav.MAVLINK_MSG_ID_TUNNEL: _tunnel,
     mav.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: _param_list,
     mav.MAVLINK_MSG_ID_PARAM_REQUEST_READ: _param_read,
     mav.MAVLINK_MSG_ID_PARAM_SET: _param_set,

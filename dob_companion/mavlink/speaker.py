@@ -12,12 +12,14 @@ from dob_companion.mavlink.facts import CommandForUs, FileRequest, Input, Sender
 from dob_companion.mavlink.frame import write_frame
 from dob_companion.mavlink.ftp import refusal
 from dob_companion.mavlink.profiles import Profile
+from dob_companion.mavlink.tunnel import PAYLOAD, PAYLOAD_TYPE
 
-CORRECTION_MESSAGES = ("DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET")
+CORRECTION_MESSAGES = ("DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET", "TUNNEL")
 """The carriers of a correction, by their MAVLink names; the first is the default."""
 
 _CORRECTION_NAME = CORRECTION_NAME.encode()
-_CARRIERS = frozenset((mav.MAVLINK_MSG_ID_DEBUG_VECT, mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET))
+_TUNNEL_SIZE = 128
+_CARRIERS = frozenset(getattr(mav, f"MAVLINK_MSG_ID_{name}") for name in CORRECTION_MESSAGES)
 _ONE_BYTE_UNKNOWN, _TEMPERATURE_UNKNOWN, _LINK_UNKNOWN = 255, 127, 0xFFFFFFFF
 
 
@@ -82,7 +84,7 @@ class Speaker:
 
     def carry(self, correction_message: str) -> None:
         """Which message carries corrections from now on."""
-        self._as_debug_vect = correction_message == CORRECTION_MESSAGES[0]
+        self._carrier = correction_message
 
     @property
     def system(self) -> int:
@@ -96,8 +98,12 @@ class Speaker:
     def correction(self, stamp_us: int, correction: Sequence[float]) -> bytes:
         """The answer to the gyro sample of `stamp_us`: roll, pitch, yaw moment to add, normalized torque."""
         x, y, z = correction
-        if self._as_debug_vect:
+        if self._carrier == "DEBUG_VECT":
             return self._write(mav.MAVLink_debug_vect_message, stamp_us, x, y, z, _CORRECTION_NAME)
+        if self._carrier == "TUNNEL":
+            payload = PAYLOAD.pack(stamp_us, x, y, z).ljust(_TUNNEL_SIZE, b"\0")
+            about = (PAYLOAD_TYPE, self.system, AUTOPILOT, PAYLOAD.size)
+            return self._write(mav.MAVLink_tunnel_message, *about, *payload)
         controls = (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0)
         return self._pack(
             mav.MAVLink_set_actuator_control_target_message(

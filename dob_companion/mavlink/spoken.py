@@ -8,6 +8,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.mavlink.facts import Axes3
+from dob_companion.mavlink.tunnel import correction_in
 
 _LONGEST = 200
 
@@ -84,6 +85,11 @@ def _actuator_target(m: Any) -> Spoken | None:
     return Correction(m.time_usec, (roll, pitch, yaw))
 
 
+def _tunnel(m: Any) -> Spoken | None:
+    found = correction_in(m)
+    return Correction(*found) if found else None
+
+
 def _debug_float_array(m: Any) -> Spoken | None:
     d = m.data
     if m.name != "DOB":
@@ -102,6 +108,7 @@ def _param_value(m: Any) -> Spoken | None:
 _READERS: dict[int, Callable[[Any], Spoken | None]] = {
     mav.MAVLINK_MSG_ID_DEBUG_VECT: _debug_vect,
     mav.MAVLINK_MSG_ID_SET_ACTUATOR_CONTROL_TARGET: _actuator_target,
+    mav.MAVLINK_MSG_ID_TUNNEL: _tunnel,
     mav.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY: _debug_float_array,
     mav.MAVLINK_MSG_ID_STATUSTEXT: _text,
     mav.MAVLINK_MSG_ID_PARAM_VALUE: _param_value,

@@ -5,6 +5,7 @@ time enters by `advance` only and serves heartbeats, the ground station's stream
 streams run on vehicle time.
 """
 
+import struct
 from math import inf, isfinite
 
 from pymavlink.dialects.v20 import common as mavlink
@@ -26,6 +27,7 @@ OBSERVER = (SYSTEM, mavlink.MAV_COMP_ID_ONBOARD_COMPUTER)
 """Who may correct: component 191 of the vehicle's own system."""
 
 HEARTBEAT_S = CALL_S = 1.0
+_TUNNELLED = 53425
 _ON_ITS_WAY = (Verdict.TAKEN, Verdict.HELD, Verdict.LOST)
 DATAGRAM = 1200
 """Messages are joined into datagrams of at most this many bytes, so the pair of a sample travels as one."""
@@ -154,6 +156,9 @@ class Endpoint:
         elif kind == "SET_ACTUATOR_CONTROL_TARGET" and link == COMPANION and message.group_mlx == 2:
             x, y, z = message.controls[:3]
             self._correct(message, message.time_usec, (x, y, z))
+        elif kind == "TUNNEL" and link == COMPANION and message.payload_type == _TUNNELLED:
+            stamp_us, x, y, z = struct.unpack("<Q3f", bytes(message.payload[:20]))
+            self._correct(message, stamp_us, (x, y, z))
 
     def _correct(self, message: Message, stamp_us: int, value: tuple[float, float, float]) -> None:
         """An answer of the companion: taken up or ignored, it is an answer to the sample whose stamp it bears."""

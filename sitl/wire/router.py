@@ -7,8 +7,8 @@ UNTARGETED = frozenset(
 )
 """Forwarded although (or whether or not) they name a target."""
 
-NEVER = frozenset(("TIMESYNC", "DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET"))
-"""The link's own clock exchange, and the two carriers of a correction."""
+NEVER = frozenset(("TIMESYNC", "DEBUG_VECT", "SET_ACTUATOR_CONTROL_TARGET", "TUNNEL"))
+"""The link's own clock exchange, and the carriers of a correction."""
 
 
 def passes(message: Message, heard_there: set[tuple[int, int]]) -> bool:

@@ -74,15 +74,13 @@ def window(ground: Ground, program: Program) -> dict[str, dict[str, float]]:
     begin, counted = time.monotonic(), len(ground.attitudes)
     told = len(ground.telemetry)
     for i, value in enumerate(values):
-        for axis in program.axes:
-            ground.write(f"SIM_TWIST_{'XYZ'[AXES.index(axis)]}", float(value))
+        ground.disturb({AXES.index(axis): float(value) for axis in program.axes})
         if i * UPDATE_S < SKIPPED_S:
             counted, told = len(ground.attitudes), len(ground.telemetry)
         time.sleep(max(0.0, begin + (i + 1) * UPDATE_S - time.monotonic()))
     attitudes = np.unwrap(np.array(ground.attitudes[counted:])[:, 1:], axis=0)
     telemetry = np.array(ground.telemetry[told:] or [[math.nan] * 10])
-    for axis in program.axes:
-        ground.set(f"SIM_TWIST_{'XYZ'[AXES.index(axis)]}", 0.0)
+    ground.disturb({AXES.index(axis): 0.0 for axis in program.axes})
     found = {}
     for i, axis in enumerate(AXES):
         angle = np.degrees(attitudes[:, i] - attitudes[:, i].mean())
@@ -98,7 +96,6 @@ def window(ground: Ground, program: Program) -> dict[str, dict[str, float]]:
 
 def fly(ground: Ground, names: list[str]) -> list[dict]:
     """Each program without and with the observer, in the air."""
-    ground.set("SIM_TWIST_TIME", LARGEST_TWIST_MS)
     rows = []
     for name in names:
         program = PROGRAMS[name]
@@ -170,6 +167,7 @@ def main() -> None:
         try:
             with companion(arguments.design.resolve(), directory, "--record", directory / "record"):
                 ground.fly()
+                ground.set("SIM_TWIST_TIME", LARGEST_TWIST_MS)
                 time.sleep(5.0)
                 rows = fly(ground, arguments.program or list(PROGRAMS))
         finally:

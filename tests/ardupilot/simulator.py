@@ -62,15 +62,13 @@ def copter(program: Path, directory: Path, parameters: Path = HERE / "copter.par
 class Ground:
     """A ground station on the vehicle's first port. Keeps attitudes, texts and the newest message of each kind."""
 
-    def __init__(self, log: Path) -> None:
+    def __init__(self, log: Path, link: str = GROUND) -> None:
         self.attitudes: list[tuple[float, float, float, float]] = []
         self.telemetry: list[tuple[float, ...]] = []
         self.texts: list[tuple[float, int, str]] = []
         self.newest: dict[str, object] = {}
         self.parameters: dict[tuple[int, str], float] = {}
-        self._link = mavutil.mavlink_connection(
-            GROUND, source_system=255, source_component=190, dialect="ardupilotmega"
-        )
+        self._link = mavutil.mavlink_connection(link, source_system=255, source_component=190, dialect="ardupilotmega")
         self._link.setup_logfile(str(log))
         self._open = True
         self._beat = 0.0
@@ -134,6 +132,11 @@ class Ground:
             lambda: math.isclose(self.parameters.get((component, name), math.nan), value, rel_tol=1e-6, abs_tol=1e-7),
             nudge=lambda: self.write(name, value, component),
         )
+
+    def disturb(self, accelerations: dict[int, float]) -> None:
+        """Turn the vehicle about these axes (0 roll, 1 pitch, 2 yaw), angular acceleration in rad/s²."""
+        for axis, value in accelerations.items():
+            self.write(f"SIM_TWIST_{'XYZ'[axis]}", value)
 
     def fly(self, altitude_m: float = 20.0) -> None:
         """Arm in GUIDED as soon as the vehicle can, take off, wait until it hovers."""

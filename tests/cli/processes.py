@@ -89,7 +89,7 @@ class UdpVehicle:
         return self
 
     def beat(self):
-        self.send(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3))
+        self.send(mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_GENERIC, 128, 0, 4, 3))
 
     def meet(self):
         """Wait for a companion whose log does not tell when it listens."""

@@ -59,7 +59,7 @@ def serial_daemon(design, baud):
 def test_a_serial_line_that_nobody_reads_neither_holds_the_loop_nor_gets_parts_of_messages(design):
     out = mav.MAVLink(None, srcSystem=1, srcComponent=1)
     with serial_daemon(design, 57600) as (process, master):
-        os.write(master, mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3).pack(out))
+        os.write(master, mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_GENERIC, 128, 0, 4, 3).pack(out))
         for k in range(SAMPLES):
             stamp = 1_000_000 + 4000 * k
             for message in (

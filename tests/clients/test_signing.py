@@ -96,7 +96,7 @@ def test_timestamps_go_on_after_a_kill_with_the_newest_kept_on_disk(design, conf
     with daemon(design, port, "--config", config), SignedVehicle(port) as vehicle:
         sign(vehicle.out, timestamp=ahead + AHEAD)
         vehicle.ear.signing.timestamp = ahead
-        vehicle.send(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3))
+        vehicle.send(mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_GENERIC, 128, 0, 4, 3))
         assert vehicle.fly(1)[0].get_signed()
 
 

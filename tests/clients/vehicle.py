@@ -74,7 +74,11 @@ class Vehicle:
     def sample(self):
         stamp = round(1e6 * (time.monotonic() - self.began)) + 1_000_000
         self.companion.send(mav.MAVLink_highres_imu_message(stamp, *[0.0] * 13, 63))
-        self.companion.send(mav.MAVLink_actuator_control_target_message(stamp, 0, [0.0] * 7 + [-1.0]))
+        if self.autopilot == mav.MAV_AUTOPILOT_PX4:
+            none = [0.0] * 7 + [-1.0] + [0.0] * 50
+            self.companion.send(mav.MAVLink_debug_float_array_message(stamp, b"DOB_ACT", 0, none))
+        else:
+            self.companion.send(mav.MAVLink_actuator_control_target_message(stamp, 0, [0.0] * 7 + [-1.0]))
 
     def take(self, port, other):
         for message in port.messages():

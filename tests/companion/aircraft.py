@@ -1,5 +1,6 @@
 """An aircraft's end of the link for tests of the pure companion: real MAVLink bytes, simulated time."""
 
+import struct
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -52,6 +53,7 @@ class Aircraft:
     """Sends pairs of sample k to a companion and keeps what it says. Corrections are not applied unless a test does."""
 
     companion: Companion
+    autopilot: int = mav.MAV_AUTOPILOT_GENERIC
     now: float = 0.0
     sample: int = 0
     rates: tuple = (0.0, 0.0, 0.0)
@@ -90,7 +92,8 @@ class Aircraft:
         return heard
 
     def heartbeat(self):
-        return self.deliver(mav.MAVLink_heartbeat_message(2, 12, 128 if self.armed else 0, 0, self.system_status, 3))
+        mode = 128 if self.armed else 0
+        return self.deliver(mav.MAVLink_heartbeat_message(2, self.autopilot, mode, 0, self.system_status, 3))
 
     def imu(self, stamp=None, rates=None):
         r = rates or self.rates
@@ -101,6 +104,8 @@ class Aircraft:
         u = moment or self.moment
         stamp = self.stamp if stamp is None else stamp
         age = self.age if age is None else age
+        if self.autopilot == mav.MAV_AUTOPILOT_PX4:
+            return moment_array(stamp, u, self.thrust, self.contained, age)
         return mav.MAVLink_actuator_control_target_message(stamp, 0, [*u, self.thrust, *self.contained, age])
 
     def slow(self):
@@ -145,8 +150,32 @@ class Aircraft:
         return self
 
 
+@dataclass(frozen=True)
+class Tunnelled:
+    """A correction that came in a TUNNEL, with the fields of the DEBUG_VECT that it stands for."""
+
+    time_usec: int
+    x: float
+    y: float
+    z: float
+
+
 def corrections(messages):
-    return [m for m in messages if m.get_type() == "DEBUG_VECT" and m.name == "DOB_CORR"]
+    found = []
+    for m in messages:
+        if m.get_type() == "DEBUG_VECT" and m.name == "DOB_CORR":
+            found.append(m)
+        elif m.get_type() == "TUNNEL" and m.payload_type == 53425:
+            assert (m.target_system, m.target_component, m.payload_length) == (1, 1, 20)
+            found.append(Tunnelled(*struct.unpack("<Q3f", bytes(m.payload[:20]))))
+    return found
+
+
+def moment_array(stamp, moment, thrust=0.5, contained=(0.0, 0.0, 0.0), age=1.0):
+    """An applied moment as PX4's module tells it, at 250 Hz; age in samples as elsewhere."""
+    age_us = age if age < 0 else 4000.0 * age
+    data = [*moment, thrust, *contained, age_us]
+    return mav.MAVLink_debug_float_array_message(stamp, b"DOB_ACT", 0, data + [0.0] * (58 - len(data)))
 
 
 def texts(messages):

@@ -68,7 +68,9 @@ def test_only_a_plain_frame_of_another_message_is_known_to_bring_no_gyro_sample(
 
 
 def test_a_stream_whose_pieces_never_end_with_a_message_does_not_fill_the_memory():
-    message = bytes(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3).pack(mav.MAVLink(None, 1, 1)))
+    message = bytes(
+        mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_GENERIC, 128, 0, 4, 3).pack(mav.MAVLink(None, 1, 1))
+    )
     codec, heard = Codec(1, datagrams=False), 0
     stream = message * 5000
     for at in range(10, len(stream), len(message)):

@@ -21,7 +21,7 @@ def autopilot(system):
 
 
 def beat(plane, system):
-    plane.deliver(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3), by=autopilot(system))
+    plane.deliver(mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_GENERIC, 128, 0, 4, 3), by=autopilot(system))
 
 
 def test_one_heartbeat_of_another_autopilot_is_trouble_for_five_seconds_and_both_ends_are_said():

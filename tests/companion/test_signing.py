@@ -28,7 +28,7 @@ def write(by, value=1.0):
 
 
 def beat(by):
-    return bytes(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3).pack(by))
+    return bytes(mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_GENERIC, 128, 0, 4, 3).pack(by))
 
 
 def v1(message):

@@ -118,7 +118,7 @@ def test_the_kill_switch_of_the_rc_transmitter_fades_it_out_and_lets_it_come_bac
 
 def test_a_second_autopilot_on_the_link_ends_it():
     plane = aircraft().active()
-    plane.deliver(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3), by=mav.MAVLink(None, 9, 1))
+    plane.deliver(mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_GENERIC, 128, 0, 4, 3), by=mav.MAVLink(None, 9, 1))
     plane.pair()
     assert plane.companion.status().state is State.RAMP_OUT
     assert any("another controller on the link: 9/1" in text for text in texts(plane.said))

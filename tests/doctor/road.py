@@ -8,6 +8,7 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.doctor.diagnosis import diagnose
 from dob_companion.doctor.listening import Listening, Stage
+from tests.companion.aircraft import moment_array
 
 DT = 0.004
 UNSIGNED = None
@@ -58,6 +59,8 @@ class Road:
         self.at(now + self.late_s, mav.MAVLink_highres_imu_message(stamp, 0, 0, 0, *rates, *[0] * 7, 56))
         if self.moments and self.moment_name == "ACTUATOR_CONTROL_TARGET":
             self.at(now + self.late_s, mav.MAVLink_actuator_control_target_message(stamp + self.shift_us, 0, moment))
+        elif self.moments and self.moment_name == "DEBUG_FLOAT_ARRAY":
+            self.at(now + self.late_s, moment_array(stamp + self.shift_us, moment[:3], age=self.age))
         elif self.moments:
             self.at(now + self.late_s, mav.MAVLink_servo_output_raw_message(stamp, 0, *[1500] * 8))
 

@@ -116,7 +116,7 @@ def test_a_stream_at_200_hz_is_too_slow():
 @pytest.mark.parametrize(
     ("autopilot", "profile", "words"),
     [
-        (mav.MAV_AUTOPILOT_PX4, "px4", "debug_vect"),
+        (mav.MAV_AUTOPILOT_PX4, "px4", "deploy/px4"),
         (mav.MAV_AUTOPILOT_ARDUPILOTMEGA, "ardupilot", "Lua"),
         (mav.MAV_AUTOPILOT_GENERIC, None, "docs/interfaces.md"),
     ],

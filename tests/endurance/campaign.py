@@ -80,7 +80,9 @@ class Campaign:
         """Comes last, since it forbids injecting for good. Returns whether the companion faded out."""
         self._operator(1.0)
         self._until(State.ACTIVE)
-        self._deliver(bytes(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3).pack(self._hostile)))
+        self._deliver(
+            bytes(mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_GENERIC, 128, 0, 4, 3).pack(self._hostile))
+        )
         self._seconds(3.0)
         return not self.companion.loop.injecting
 
@@ -135,7 +137,8 @@ class Campaign:
         if self._fault == "moment not finite":
             moment = (float("inf"), moment[1], moment[2])
         if self.samples % 250 == 0:
-            self._deliver(bytes(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3).pack(self.plane.out)))
+            beat = mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_GENERIC, 128, 0, 4, 3)
+            self._deliver(bytes(beat.pack(self.plane.out)))
         stamp, self._sample_began = self._stamp, self._now
         acts, age = self.takeup.at(stamp)
         self.plane.contained = acts

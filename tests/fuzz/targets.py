@@ -133,7 +133,7 @@ def _pieces(data):
 
 
 def _heartbeat():
-    return bytes(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3).pack(_VEHICLE))
+    return bytes(mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_GENERIC, 128, 0, 4, 3).pack(_VEHICLE))
 
 
 def _messages():

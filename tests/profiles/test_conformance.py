@@ -43,7 +43,9 @@ MAKES = {
     makes.GENERIC: mav.MAV_AUTOPILOT_GENERIC,
     makes.OTHER: mav.MAV_AUTOPILOT_PPZ,
 }
-SPECIAL = {"time_usec": STAMP, "time_boot_ms": 1234, "group_mlx": 0, "landed_state": 2, "vtol_state": 3}
+SPECIAL = {
+    "time_usec": STAMP, "time_boot_ms": 1234, "group_mlx": 0, "landed_state": 2, "vtol_state": 3, "name": b"DOB_ACT",
+}  # fmt: skip
 
 
 def packed(layout, by=None):
@@ -52,7 +54,7 @@ def packed(layout, by=None):
     values = []
     for number, name in enumerate(layout.fieldnames, start=1):
         array = [0.01 * (number + k) for k in range(lengths[name])]
-        values.append(array or SPECIAL.get(name, number))
+        values.append(SPECIAL.get(name, array or number))
     return bytes(layout(*values).pack(by or mav.MAVLink(None, srcSystem=1, srcComponent=1)))
 
 
@@ -173,7 +175,8 @@ class TestEveryProfile:
         assert difference(state, snapshots.take(other)) == ""
 
     def test_doctor_judges_a_vehicle_by_it(self, profile):
-        good, listening = Road(autopilot=heard_by(profile)).listen()
+        moments = profile.stream(Input.MOMENT).name
+        good, listening = Road(autopilot=heard_by(profile), moment_name=moments).listen()
         assert (good.fit, good.profile) == (True, profile.name)
         assert set(listening.answers) >= {s.name for s in profile.streams if s.interval_us is None}
         bare, _ = Road(autopilot=heard_by(profile), moments=False).listen()
@@ -185,11 +188,7 @@ class Flying(Aircraft):
     """Beats as an autopilot that the profile is for."""
 
     def __init__(self, profile, config):
-        super().__init__(Companion(small_design(), config))
-        self.number = heard_by(profile)
-
-    def heartbeat(self):
-        return self.deliver(mav.MAVLink_heartbeat_message(2, self.number, 128, 0, mav.MAV_STATE_ACTIVE, 3))
+        super().__init__(Companion(small_design(), config), autopilot=heard_by(profile))
 
 
 def test_names_are_unique_and_those_of_the_command_line():
@@ -222,7 +221,7 @@ def test_an_autopilot_of_another_make_than_asked_for_is_refused_in_one_line_and_
         assert plane.pairs(10) == []
     assert plane.companion.vehicle is None
     texts = [event.text for event in plane.companion.events()]
-    assert texts.count("system 1 is PX4, profile ardupilot is for ArduPilot: not obeyed") == 1
+    assert texts.count("system 1 is generic, profile ardupilot is for ArduPilot: not obeyed") == 1
     plane.deliver(mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_ARDUPILOTMEGA, 0, 0, 4, 3))
     assert plane.companion.vehicle == 1
     assert len(corrections(plane.deliver(plane.imu(), plane.target()))) == 1
@@ -239,7 +238,7 @@ def test_doctor_says_that_run_would_not_obey_another_make_than_asked_for():
 def test_the_vehicle_that_takes_the_place_of_another_is_flown_by_its_own():
     plane = Aircraft(Companion(small_design(), CompanionConfig()))
     plane.heartbeat()
-    assert plane.companion.profile.name == "px4"
+    assert plane.companion.profile.name == "sitl"
     plane.now += 20.0
     other = mav.MAVLink(None, srcSystem=2, srcComponent=1)
     plane.deliver(mav.MAVLink_heartbeat_message(2, mav.MAV_AUTOPILOT_ARDUPILOTMEGA, 0, 0, 4, 3), by=other)

@@ -3,6 +3,7 @@
 import gzip
 
 import pytest
+from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.artifact import dumps
 from dob_companion.companion import Companion, CompanionConfig, parse_config
@@ -18,10 +19,11 @@ from tests.recorder.flights import Told, wait_until
 
 
 def flown(directory, asked):
-    """The first segment of a short flight of a PX4 aircraft."""
+    """The first segment of a short flight: of a PX4 aircraft, unless it is asked to be flown as `sitl`."""
     companion = Companion(small_design(), CompanionConfig(profile=asked))
     recorder = FlightRecorder(directory, companion, small_design(), now=0.0, profile=asked)
-    plane = Aircraft(Told(companion, recorder))
+    make = mav.MAV_AUTOPILOT_GENERIC if asked == "sitl" else mav.MAV_AUTOPILOT_PX4
+    plane = Aircraft(Told(companion, recorder), autopilot=make)
     plane.pairs(300)
     recorder.close()
     path = min(directory.glob("*.dobtrace"))

@@ -56,7 +56,7 @@ def frames():
     out, old = mav.MAVLink(None, srcSystem=1, srcComponent=1), mav1.MAVLink(None)
     signed = mav.MAVLink(None, srcSystem=1, srcComponent=1)
     signed.signing.secret_key, signed.signing.sign_outgoing = b"k" * 32, True
-    beat = (2, 12, 128, 0, 4, 3)
+    beat = (2, 0, 128, 0, 4, 3)
     return [
         bytes(mav.MAVLink_heartbeat_message(*beat).pack(out)),
         bytes(mav1.MAVLink_heartbeat_message(*beat).pack(old)),

@@ -1,6 +1,7 @@
 """The two messages of every sample, and the corrections that come back."""
 
 import math
+import struct
 
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
@@ -66,6 +67,16 @@ def test_the_other_carrier_of_a_correction_works_too():
     controls = [0.25, 0.5, -0.125, 0.9, 0.0, 0.0, 0.0, 0.0]
     stamp = wire.flight.vehicle.now_us
     wire.say(COMPANION, mavlink.MAVLink_set_actuator_control_target_message(stamp, 2, 1, 1, controls))
+    assert wire.endpoint.newest_answered
+    wire.step()
+    assert wire.flight.newest.correction == (0.25, 0.5, -0.125)
+
+
+def test_so_does_the_carrier_that_px4_needs():
+    wire = Wire()
+    wire.take_off()
+    payload = struct.pack("<Q3f", wire.flight.vehicle.now_us, 0.25, 0.5, -0.125).ljust(128, b"\0")
+    wire.say(COMPANION, mavlink.MAVLink_tunnel_message(1, 1, 53425, 20, payload))
     assert wire.endpoint.newest_answered
     wire.step()
     assert wire.flight.newest.correction == (0.25, 0.5, -0.125)

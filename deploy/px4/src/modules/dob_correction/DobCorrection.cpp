@@ -43,16 +43,18 @@ bool DobCorrection::init()
 {
 	updateParams();
 	look();
-	return _torque_sub.registerCallback();
+	return _torque_sub.registerCallback() && _reports_sub.registerCallback();
 }
 
 void DobCorrection::stop()
 {
 	_torque_sub.unregisterCallback();
+	_reports_sub.unregisterCallback();
 }
 
 void DobCorrection::Run()
 {
+	keep_report();
 	vehicle_torque_setpoint_s torque;
 
 	if (!_torque_sub.update(&torque)) {
@@ -75,6 +77,18 @@ void DobCorrection::Run()
 	report(torque, thrust, added);
 
 	say(why ? why : (_correction.fresh(now) ? READY : "no companion"), now);
+}
+
+// What comes in as DEBUG_FLOAT_ARRAY from elsewhere, the companion's own telemetry too, goes into the topic of our
+// reports, which holds one message: ours is put back before it would be missed.
+void DobCorrection::keep_report()
+{
+	debug_array_s newest;
+
+	if (_reports_sub.update(&newest) && _published != 0
+	    && std::strncmp(newest.name, _report.name, sizeof(newest.name)) != 0) {
+		_report_pub.publish(_report);
+	}
 }
 
 void DobCorrection::hear(hrt_abstime now)
@@ -135,7 +149,7 @@ const char *DobCorrection::barred() const
 bool DobCorrection::in_hover() const
 {
 	return armed() && !_landed.landed && _mode.flag_control_rates_enabled && _mode.flag_control_allocation_enabled
-	       && !_mode.flag_control_termination_enabled
+	       && _status.nav_state != vehicle_status_s::NAVIGATION_STATE_TERMINATION
 	       && _status.vehicle_type == vehicle_status_s::VEHICLE_TYPE_ROTARY_WING && !_status.is_vtol
 	       && !_status.in_transition_mode;
 }

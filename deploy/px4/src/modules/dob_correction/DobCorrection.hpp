@@ -10,7 +10,8 @@
 //
 // In:  TUNNEL of type 53425 (Correction.hpp), which PX4 publishes as mavlink_tunnel.
 // Out: debug_array "DOB_ACT", which PX4 streams as DEBUG_FLOAT_ARRAY: its stamp is the time from which the moment acts,
-//      [0..2] the moment at the motors, correction included, [3] thrust, [4..6] the correction in it, [7] its age, µs.
+//      [0..2] the moment at the motors, correction included, [3] thrust, [4..6] the correction in it, [7] its age, µs;
+//      -1: none.
 
 #pragma once
 
@@ -48,6 +49,7 @@ public:
 
 private:
 	void Run() override;
+	void keep_report();
 	void hear(hrt_abstime now);
 	void look();
 	const char *barred() const;
@@ -58,6 +60,7 @@ private:
 	void say(const char *why, hrt_abstime now);
 
 	uORB::SubscriptionCallbackWorkItem _torque_sub{this, ORB_ID(vehicle_torque_setpoint_virtual_mc)};
+	uORB::SubscriptionCallbackWorkItem _reports_sub{this, ORB_ID(debug_array)};
 	uORB::Subscription _thrust_sub{ORB_ID(vehicle_thrust_setpoint_virtual_mc)};
 	uORB::Subscription _acting_sub{ORB_ID(vehicle_torque_setpoint)};
 	uORB::Subscription _tunnel_sub{ORB_ID(mavlink_tunnel)};
