@@ -18,7 +18,8 @@ from dob_companion.synthesis.solve.dual import lower_bound
 from dob_companion.synthesis.solve.optimum import find_optimum
 from dob_companion.synthesis.solve.riccati import bracket_gamma_star
 from dob_companion.synthesis.solve.scaling import whitened
-from tests.synthesis import nehari, paper
+from tests.synthesis import paper
+from tests.synthesis.nehari import Nehari
 from tests.synthesis.problems import random_problem
 
 FAST = 0.0025  # 400 Hz
@@ -78,7 +79,7 @@ def test_chains_of_lags_given_by_their_coefficients_are_solved_twice_and_agree_w
     found = find_optimum(problem)
     assert found.method == optimum.BOTH
     weights = [at(system) for system in (problem.disturbance_weight, problem.noise_weight)]
-    assert found.gamma_star == pytest.approx(nehari.gamma_star(sampled_lags(count), *weights, 1), rel=1e-5)
+    assert Nehari(sampled_lags(count), *weights, 1).agrees(found.gamma_star, 1e-5)
 
 
 def sampled_lags(count):
@@ -146,7 +147,19 @@ def test_the_optimum_of_random_vehicles_is_neharis(problem):
     plant, W_d, W_n, delay = problem
     none = ct.ss([], [], [], [[0.0]], paper.DT)
     found = find_optimum(Problem(plant, none, W_d, W_n, (delay,)))
-    expected = nehari.gamma_star(*map(at, (plant, W_d, W_n)), delay)
-    assert expected * (1 - 1e-4) <= found.gamma_star <= expected * (1 + 2e-5)  # a lower bound, and a near one
+    levels = Nehari(*map(at, (plant, W_d, W_n)), delay)
+    assert levels.agrees(found.gamma_star, 2e-5)  # a lower bound, and a near one
     proof = synthesize(plant, none, W_d, W_n, delay_samples=delay).certificate
-    assert proof.gamma <= 1.01 * expected * (1 + 2e-5)
+    assert not levels.is_reached(proof.gamma / 1.01 / (1 + 2e-5))
+
+
+def test_an_optimum_that_one_frequency_alone_forbids_to_better_is_found():
+    """Where the plant moves little, gamma_star is the largest |W_d W_n / V|: at zero frequency, and known exactly."""
+    plant, W_d, W_n = (
+        ct.ss(*entries, paper.DT)
+        for entries in ((0.36787944, 1, 0.00632121, 0), (0.99, 0.1, 1.89, 0.1), (0, 1, -0.5, 1))
+    )
+    found = find_optimum(Problem(plant, ct.ss([], [], [], [[0.0]], paper.DT), W_d, W_n, (0,)))
+    G, d, n = (float(at(system)(np.ones(1))[0].real) for system in (plant, W_d, W_n))
+    assert found.gamma_star == pytest.approx(d * n / np.hypot(G * d, n), rel=1e-6)
+    assert Nehari(*map(at, (plant, W_d, W_n)), 0).agrees(found.gamma_star, 1e-5)
