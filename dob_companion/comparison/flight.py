@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.comparison.vehicle import OUTPUTS, Vehicle, close, no_observer
+from dob_companion.errors import NotConvergedError
 from dob_companion.lti.gramian import gramian
 from dob_companion.lti.response import STABLE, spectral_radius
 
@@ -28,6 +29,9 @@ PEAKS_OFF = {"roll": 0.15, "pitch": 0.12, "yaw": 0.12}
 """Peak attitude error with the observer off, rad, Section IV of the paper."""
 
 FLIGHT_S = 60.0
+
+SCALINGS, NEAR = 200, 1e-12
+"""Steps at most of the search for the disturbance's size, and how near the peak is to its value then."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +54,10 @@ def disturbance_pole(dt: float, hertz: float = DISTURBANCE_HZ) -> float:
 
 
 def make_weather(vehicle: Vehicle, peak_off: float, seeds: int) -> Weather:
-    """Weather of seeds 0 … seeds-1 for a vehicle whose loop is stable with the observer off."""
+    """Weather of seeds 0 … seeds-1 for a vehicle whose loop is stable with the observer off.
+
+    Raises NotConvergedError when no disturbance gives the peak, as when the noise alone goes beyond it.
+    """
     count = round(FLIGHT_S / vehicle.dt)
     white = np.stack([np.random.default_rng(seed).standard_normal((count, 2)) for seed in range(seeds)], axis=1)
     a = disturbance_pole(vehicle.dt)
@@ -62,9 +69,15 @@ def make_weather(vehicle: Vehicle, peak_off: float, seeds: int) -> Weather:
     off = close(vehicle, no_observer(vehicle.dt))
     from_d, from_n = attitude(off, d, np.zeros_like(n)), attitude(off, np.zeros_like(d), n)
     scale = np.full(seeds, peak_off) / np.max(np.abs(from_d), axis=0)
-    for _ in range(20):  # the noise moves the peak a little: a fixed point
-        scale = scale * peak_off / np.max(np.abs(scale * from_d + from_n), axis=0)
-    return Weather(scale * d, n, scale)
+    for _ in range(SCALINGS):  # the noise moves the peak a little: a fixed point
+        share = peak_off / np.max(np.abs(scale * from_d + from_n), axis=0)
+        scale = scale * share
+        if np.all(np.abs(share - 1.0) <= NEAR):
+            return Weather(scale * d, n, scale)
+    raise NotConvergedError(
+        f"no disturbance makes the attitude error peak at {peak_off:g} rad with the observer off; noise alone makes it "
+        f"peak at up to {np.max(np.abs(from_n)):.3g} rad"
+    )
 
 
 def attitude(loop: Any, d: Array, n: Array) -> Array:

@@ -21,12 +21,15 @@ def gramian(A: Array, B: Array) -> Array:
     NotConvergedError when the sum does not end, as for an A that is not stable.
     """
     P, power = B @ B.T, A
-    for _ in range(DOUBLINGS):
-        step = power @ P @ power.T
-        P = P + step
-        if np.all(np.diag(step) <= 1e-17 * np.diag(P)):
-            return np.asarray((P + P.T) / 2.0)
-        power = power @ power
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(DOUBLINGS):
+            step = power @ P @ power.T
+            P = P + step
+            if not np.all(np.isfinite(P)):
+                break
+            if np.all(np.diag(step) <= 1e-17 * np.diag(P)):
+                return np.asarray((P + P.T) / 2.0)
+            power = power @ power
     raise NotConvergedError(f"the covariance of a system of order {len(A)} does not come to rest: is it stable?")
 
 
@@ -38,11 +41,14 @@ def predictor_gain(A: Array, C: Array, B: Array, D: Array) -> Array:
     has. Raises NotConvergedError when it does not.
     """
     P = np.eye(len(A))
-    for _ in range(RICCATI_STEPS):
-        S = C @ P @ C.T + D @ D.T
-        K = np.linalg.solve(S.T, (A @ P @ C.T + B @ D.T).T).T
-        following = A @ P @ A.T + B @ B.T - K @ S @ K.T
-        if np.allclose(following, P, rtol=RICCATI_RELATIVE, atol=RICCATI_ABSOLUTE):
-            return np.asarray(K, dtype=np.float64)
-        P = 0.5 * (following + following.T)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(RICCATI_STEPS):
+            S = C @ P @ C.T + D @ D.T
+            K = np.linalg.solve(S.T, (A @ P @ C.T + B @ D.T).T).T
+            following = A @ P @ A.T + B @ B.T - K @ S @ K.T
+            if not np.all(np.isfinite(following)):
+                break
+            if np.allclose(following, P, rtol=RICCATI_RELATIVE, atol=RICCATI_ABSOLUTE):
+                return np.asarray(K, dtype=np.float64)
+            P = 0.5 * (following + following.T)
     raise NotConvergedError(f"the Kalman predictor of a system of order {len(A)} does not come to rest")

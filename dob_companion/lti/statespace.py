@@ -73,6 +73,12 @@ class ABCD(NamedTuple):
     D: Array
 
 
+def static(D: Array) -> ABCD:
+    """y = D u."""
+    p, m = D.shape
+    return ABCD(np.zeros((0, 0)), np.zeros((0, m)), np.zeros((p, 0)), D)
+
+
 def series(second: System, first: System) -> ABCD:
     """y = second(first(u))."""
     A = np.block([[second.A, second.B @ first.C], [np.zeros((len(first.A), len(second.A))), first.A]])

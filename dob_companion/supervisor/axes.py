@@ -30,7 +30,6 @@ motion can only make look larger.
 It cannot see an error that moment and rate share, nor the true gain of the plant.
 """
 
-import math
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -39,6 +38,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.artifact import AXES, DobDesign, StateSpaceData
+from dob_companion.lti.filters import butterworth
+from dob_companion.lti.statespace import ABCD, System, added, beside, series, static
 
 Vector = NDArray[np.float64]
 
@@ -197,61 +198,19 @@ def _noise_gain(model: StateSpaceData, samples: int) -> Vector:
 def _comparison(design: DobDesign) -> StateSpaceData:
     """[u; y_n] -> [H G u; -H G C y_n] over the three axes, H the band-pass; zero on axes that no block covers."""
     predicted, asked = (_spread_blocks(design, with_controller=choice) for choice in (False, True))
-    both = _beside(predicted, asked)
-    high, low = (_butterworth(design.dt, cutoff, cutoff == BAND_HZ[0]) for cutoff in BAND_HZ)
-    return _series(both, _series(_repeated(low, 6), _repeated(high, 6)))
+    high, low = (butterworth(design.dt, cutoff, high_pass=cutoff == BAND_HZ[0]) for cutoff in BAND_HZ)
+    return StateSpaceData(*series(beside(predicted, asked), series(beside(*[low] * 6), beside(*[high] * 6))))
 
 
-def _spread_blocks(design: DobDesign, with_controller: bool) -> StateSpaceData:
+def _spread_blocks(design: DobDesign, with_controller: bool) -> ABCD:
     """G, or -G C, of all blocks as one 3x3 system in axis order."""
-    total = StateSpaceData([], [], [], np.zeros((3, 3)))
+    total = static(np.zeros((3, 3)))
     for block in design.blocks:
         rows = [AXES.index(axis) for axis in block.axes]
-        model = block.problem.plant
-        if model.spectral_radius > LARGEST_RADIUS:  # its model, run open, would run away: moments are compared instead
-            model = StateSpaceData([], [], [], np.eye(len(rows)))
+        plant, select = block.problem.plant, static(np.eye(3)[rows])
+        # run open, the model of an unstable plant would run away: moments are compared instead
+        model: System = static(np.eye(len(rows))) if plant.spectral_radius > LARGEST_RADIUS else plant
         if with_controller:
-            model = _series(model, block.problem.controller)
-            model = StateSpaceData(model.A, model.B, -model.C, -model.D)
-        select = np.eye(3)[rows]
-        model = StateSpaceData(model.A, model.B @ select, select.T @ model.C, select.T @ model.D @ select)
-        total = _sum(total, model)
+            model = series(model, series(block.problem.controller, static(-np.eye(len(rows)))))
+        total = added(total, series(static(select.D.T), series(model, select)))
     return total
-
-
-def _series(second: StateSpaceData, first: StateSpaceData) -> StateSpaceData:
-    """y = second(first(u))."""
-    n, m = second.order, first.order
-    A = np.block([[second.A, second.B @ first.C], [np.zeros((m, n)), first.A]])
-    return StateSpaceData(
-        A, np.vstack([second.B @ first.D, first.B]), np.hstack([second.C, second.D @ first.C]), second.D @ first.D
-    )
-
-
-def _sum(a: StateSpaceData, b: StateSpaceData) -> StateSpaceData:
-    """y = a(u) + b(u)."""
-    return StateSpaceData(_diagonal(a.A, b.A), np.vstack([a.B, b.B]), np.hstack([a.C, b.C]), a.D + b.D)
-
-
-def _beside(a: StateSpaceData, b: StateSpaceData) -> StateSpaceData:
-    """[y_a; y_b] = [a(u_a); b(u_b)]."""
-    return StateSpaceData(*(_diagonal(x, y) for x, y in ((a.A, b.A), (a.B, b.B), (a.C, b.C), (a.D, b.D))))
-
-
-def _repeated(model: StateSpaceData, channels: int) -> StateSpaceData:
-    eye = np.eye(channels)
-    return StateSpaceData(*(np.kron(eye, m) for m in (model.A, model.B, model.C, model.D)))
-
-
-def _diagonal(a: Vector, b: Vector) -> Vector:
-    return np.block([[a, np.zeros((a.shape[0], b.shape[1]))], [np.zeros((b.shape[0], a.shape[1])), b]])
-
-
-def _butterworth(dt: float, cutoff_hz: float, high: bool) -> StateSpaceData:
-    """Second-order Butterworth high-pass or low-pass (bilinear transform, cutoff prewarped)."""
-    k = math.tan(math.pi * cutoff_hz * dt)
-    norm = 1.0 / (1.0 + math.sqrt(2.0) * k + k * k)
-    a1, a2 = 2.0 * (k * k - 1.0) * norm, (1.0 - math.sqrt(2.0) * k + k * k) * norm
-    b0 = norm if high else k * k * norm
-    b1, b2 = (-2.0 * b0 if high else 2.0 * b0), b0
-    return StateSpaceData([[-a1, 1.0], [-a2, 0.0]], [[b1 - a1 * b0], [b2 - a2 * b0]], [[1.0, 0.0]], [[b0]])

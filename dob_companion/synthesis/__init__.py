@@ -8,9 +8,9 @@
     result.observer          # D(z): [y_n; u_e] -> d_hat
     design_json(result)      # the text of a design.json that flies
 
-One room per question: `spec` (what is asked), `models` (as state space), `solvability` (can it be),
-`plant` (posed), `lmi` and `riccati` (solved twice), `reduce` (made minimal), `certificate` (measured),
-`responses` (seen), `verify` (measured again from the file).
+One room per question, each on those before it: `spec` (what is asked), `plant` (posed, and can it be), `norms` (how
+large, by proof), `solve` (twice), `certify` (measured), `robust` (for a family of plants), `tune` (with weights of its
+own). `design` walks through them, `verify` walks again from the file.
 """
 
 from dob_companion.synthesis.certify.responses import Responses, block_responses, default_frequencies, standard_form

@@ -9,6 +9,7 @@ from dob_companion.comparison.flight import NOISE_SIGMA, attitude, expect, make_
 from dob_companion.comparison.kalman import kalman
 from dob_companion.comparison.measure import LoopResponses, delay_margin
 from dob_companion.comparison.vehicle import OUTPUTS, Vehicle, close, no_observer
+from dob_companion.errors import NotConvergedError
 from dob_companion.lti.gramian import gramian
 from dob_companion.lti.response import response
 from dob_companion.synthesis import block_responses, zpk
@@ -67,6 +68,11 @@ def test_attitude_is_the_mean_rate_of_each_sample_added_up(designs, vehicle, wea
 def test_every_seed_peaks_at_the_papers_value_with_the_observer_off(vehicle, weather):
     theta = attitude(close(vehicle, no_observer(DT)), weather.d, weather.n)
     assert np.max(np.abs(theta), axis=0) == pytest.approx(0.12, rel=1e-6)
+
+
+def test_a_peak_that_the_noise_alone_goes_beyond_has_no_weather(vehicle):
+    with pytest.raises(NotConvergedError, match=r"peak at 1e-06 rad .* noise alone .* at up to 2\.57e-05 rad"):
+        make_weather(vehicle, 1e-6, 2)
 
 
 def test_the_weather_of_a_seed_is_always_the_same(vehicle, weather):

@@ -4,11 +4,12 @@ import pytest
 from scipy import linalg
 
 from dob_companion.errors import NotConvergedError
+from dob_companion.lti.gramian import gramian
 from dob_companion.lti.response import gains, response
 from dob_companion.synthesis import synthesize, zpk
 from dob_companion.synthesis.norms import arcs
 from dob_companion.synthesis.norms.hinf import hinf_norm
-from dob_companion.synthesis.plant.minimal import gramian, hidden_modes, minimal
+from dob_companion.synthesis.plant.minimal import hidden_modes, minimal
 from tests.synthesis import exact
 from tests.synthesis.problems import DT, static
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from bench import plants
 from bench._plants import all_plants
 from dob_companion.synthesis import synthesize
 
@@ -28,3 +29,21 @@ def test_the_observer_is_certified_within_the_back_off(name):
     assert "Riccati" in certificate.gamma_star_method
     assert np.all(result.observer.D[:, p:] == 0.0)
     assert result.observer.D.shape == (m, p + m)
+
+
+def peer(trouble):
+    def solve(*_):
+        raise trouble
+
+    return plants.Peer("a solver", solve)
+
+
+@pytest.mark.parametrize("trouble", [np.linalg.LinAlgError("singular"), RuntimeError("info 3"), ZeroDivisionError()])
+def test_a_peer_that_gives_up_is_counted_as_a_failure(trouble):
+    assert plants._achieved(peer(trouble), all_plants()[0]) is None
+
+
+@pytest.mark.parametrize("trouble", [TypeError("an argument is missing"), AttributeError("nstate"), KeyError("gain")])
+def test_a_fault_of_the_comparison_itself_is_not_counted_as_a_peers(trouble):
+    with pytest.raises(type(trouble)):
+        plants._achieved(peer(trouble), all_plants()[0])

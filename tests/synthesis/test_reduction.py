@@ -2,12 +2,13 @@
 
 import re
 
+import control as ct
 import numpy as np
 import pytest
 
 from bench._plants import all_plants
 from dob_companion.cli.main import main
-from dob_companion.errors import NotCertifiedError, SpecError
+from dob_companion.errors import NotCertifiedError, NotConvergedError, SpecError
 from dob_companion.lti.response import gains, spectral_radius
 from dob_companion.synthesis import parse_spec, synthesize
 from dob_companion.synthesis.certify.reduction import projection
@@ -41,6 +42,14 @@ def test_a_reduced_observer_has_the_order_asked_for_and_keeps_its_proof(smaller)
 def test_the_stated_error_is_not_below_the_hankel_floor(smaller):
     extra = smaller.certificate.extra
     assert 0.0 < extra["reduction_error_floor"] <= extra["reduction_error"]
+
+
+def test_an_observer_that_is_not_stable_has_no_projection(full):
+    """Its Gramian does not exist; the sum for it does not end."""
+    D = full.observer
+    unstable = ct.ss(1.1 / spectral_radius(D.A) * D.A, D.B, D.C, D.D, D.dt)
+    with pytest.raises(NotConvergedError, match="system of order 4 does not come to rest"):
+        projection(full.problem, unstable)
 
 
 def test_the_norm_of_the_difference_is_what_a_frequency_grid_shows(full):

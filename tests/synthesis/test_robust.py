@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from dob_companion.artifact import dumps, loads
 from dob_companion.cli.robustness import robustness_words
-from dob_companion.errors import SpecError
+from dob_companion.errors import NotConvergedError, SpecError
 from dob_companion.lti.response import response, spectral_radius
 from dob_companion.report.design_page import design_page
 from dob_companion.report.robust_chart import robust_claims
@@ -22,7 +22,7 @@ from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.robust.analysis import FACTOR_STEP, GUARD, analyse, error_of
 from dob_companion.synthesis.robust.bands import robust_bands
 from dob_companion.synthesis.robust.cells import Sample, disks, factor_system, first_cells, mode_root, samples
-from dob_companion.synthesis.robust.destabilize import all_pass, band_pass
+from dob_companion.synthesis.robust.destabilize import all_pass, band_pass, destabilized
 from dob_companion.synthesis.robust.interconnection import interconnect
 from dob_companion.synthesis.spec.table import Table
 from dob_companion.synthesis.spec.uncertainty import ChannelUncertainty, Interval, Mode, Uncertainty, parse_uncertainty
@@ -259,6 +259,30 @@ def test_a_destabilizing_factor_has_the_phase_asked_for_and_never_more_than_its_
             w = all_pass(angle, phase, DT) * band_pass(angle, 0.1, DT)
             assert response(w, np.array([angle]))[0, 0, 0] == pytest.approx(np.exp(1j * phase), abs=1e-7)
             assert hinf_norm(w)[0] <= 1.0 + 1e-6
+
+
+def destabilizing(nominal, hertz, sizes):
+    grid = interconnect(nominal.problem, nominal.observer, np.unique(np.append(ANGLES, 2.0 * np.pi * DT * hertz)))
+    channel = ChannelUncertainty(frequency_hz=tuple(hertz), multiplicative=sizes)
+    return grid, destabilized(grid, one(channel), zpk([], [], 1.0, DT))
+
+
+def test_a_destabilizing_factor_keeps_within_a_bound_that_rises_in_a_step(nominal):
+    hertz, sizes = np.array([0.0, 10.0, 10.01, 125.0]), (0.1, 0.1, 0.8, 0.8)
+    grid, (factor,) = destabilizing(nominal, hertz, sizes)
+    w = response(factor, grid.angles)[:, 0, 0] - 1.0
+    bound = np.interp(grid.angles, 2.0 * np.pi * DT * hertz, sizes)
+    assert np.all(np.abs(w) <= bound * (1.0 + 1e-6))
+    assert np.max(np.abs(w) / bound) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_bound_that_no_factor_keeps_within_is_an_error_and_not_a_plant_outside_of_it(nominal):
+    """A needle at 10 Hz: whatever has that gain there has more than the bound beside it."""
+    needle = np.array([0.0, 10.0 - 1e-7, 10.0, 10.0 + 1e-7, 125.0])
+    with pytest.raises(
+        NotConvergedError, match=r"no factor of gain 0\.8 at 10 Hz keeps within the multiplicative bound"
+    ):
+        destabilizing(nominal, needle, (0.001, 0.001, 0.8, 0.001, 0.001))
 
 
 # --- the synthesis ---------------------------------------------------------------------------------------------------

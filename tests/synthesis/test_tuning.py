@@ -12,9 +12,9 @@ from dob_companion.cli.main import main
 from dob_companion.comparison.flight import expect
 from dob_companion.comparison.vehicle import Vehicle, close, no_observer
 from dob_companion.errors import SpecError, UnsolvableError
+from dob_companion.lti.gramian import gramian
 from dob_companion.report.design_page import design_page
 from dob_companion.synthesis import parse_spec, synthesize
-from dob_companion.synthesis.plant.minimal import gramian
 from dob_companion.synthesis.plant.models import from_data
 from dob_companion.synthesis.tune.tuning import tune_block, tuned_design_from_toml
 from dob_companion.synthesis.tune.yardstick import Yardstick

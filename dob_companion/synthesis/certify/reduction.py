@@ -22,11 +22,12 @@ from scipy import linalg
 
 from dob_companion.artifact import Certificate
 from dob_companion.errors import NotCertifiedError
+from dob_companion.lti.gramian import gramian
 from dob_companion.lti.response import spectral_radius
 from dob_companion.synthesis.certify.certificate import Claim, certify
 from dob_companion.synthesis.norms.hinf import hinf_norm
 from dob_companion.synthesis.plant.loop import close_loop
-from dob_companion.synthesis.plant.minimal import balanced, gramian
+from dob_companion.synthesis.plant.minimal import balanced
 from dob_companion.synthesis.plant.models import stack
 from dob_companion.synthesis.plant.problem import Problem
 

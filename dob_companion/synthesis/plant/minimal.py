@@ -12,6 +12,9 @@ import control as ct
 import numpy as np
 from numpy.typing import NDArray
 
+from dob_companion.lti.gramian import gramian
+from dob_companion.lti.response import spectral_radius
+
 Array = NDArray[np.float64]
 
 HIDDEN = (1e-8, 1e-10, 1e-12, 0.0)
@@ -54,7 +57,7 @@ def hidden_modes(system: Any, tolerance: float = HIDDEN[0]) -> NDArray[np.comple
 
 def _balancing(system: Any) -> tuple[Array, Array, Array]:
     """Left and right balancing transformations (inverse to each other) and the Hankel singular values."""
-    radius = float(np.max(np.abs(np.linalg.eigvals(system.A))))
+    radius = spectral_radius(system.A)
     shrink = 1.0 if radius < 0.99999 else 1.0 / (1.02 * radius)
     A, B = shrink * system.A, _unit_columns(system.B)
     reach = np.sqrt(np.maximum(np.diag(gramian(A, B)), 0.0))
@@ -65,21 +68,6 @@ def _balancing(system: Any) -> tuple[Array, Array, Array]:
     U, values, Vt = np.linalg.svd(Lq.T @ Lp)
     root = np.sqrt(np.maximum(values, 1e-300))
     return (U / root).T @ Lq.T / reach, reach[:, None] * (Lp @ Vt.T / root), values
-
-
-def gramian(A: Array, B: Array) -> Array:
-    """P = A P A' + B B' for stable A by doubling (Smith, SIAM J. Appl. Math. 16, 1968).
-
-    Only sums of positive terms occur, so small and large states keep their digits side by side.
-    """
-    P, power = B @ B.T, A
-    for _ in range(60):
-        step = power @ P @ power.T
-        P = P + step
-        if np.all(np.diag(step) <= 1e-17 * np.diag(P)):
-            break
-        power = power @ power
-    return (P + P.T) / 2.0
 
 
 def _unit_columns(M: Array) -> Array:

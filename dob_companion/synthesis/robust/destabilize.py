@@ -11,6 +11,7 @@ import control as ct
 import numpy as np
 from numpy.typing import NDArray
 
+from dob_companion.errors import NotConvergedError
 from dob_companion.lti.response import response
 from dob_companion.synthesis.plant.models import stack
 from dob_companion.synthesis.robust.interconnection import Interconnection
@@ -18,11 +19,14 @@ from dob_companion.synthesis.spec.uncertainty import Uncertainty
 
 Array = NDArray[np.float64]
 
+WIDTHS = np.append(np.geomspace(0.5, 1e-3, 10), np.geomspace(5e-4, 1e-6, 10))
+"""Of the band-pass in rad per sample, in order of trial; the narrow ones are for bounds that rise in a step."""
+
 
 def destabilized(grid: Interconnection, uncertainty: Uncertainty, factor: Any) -> list[Any]:
     """factor * diag(1 + w_i), w_i aimed at the frequency where channel i alone comes closest to the edge of stability.
 
-    Empty without a multiplicative bound.
+    Empty without a multiplicative bound. Raises NotConvergedError where the bound is too narrow for any of WIDTHS.
     """
     bounds = [channel.multiplicative for channel in uncertainty.channels]
     if not any(bounds):
@@ -46,11 +50,15 @@ def destabilized(grid: Interconnection, uncertainty: Uncertainty, factor: Any) -
 
 
 def _within(angles: Array, bound: Array, angle: float, size: float, phase: float, dt: float) -> Any:
-    for width in np.geomspace(0.5, 1e-3, 10):
+    """The widest w that keeps within the bound; a band of some width always does where the bound is continuous."""
+    for width in WIDTHS:
         w = size * all_pass(angle, phase, dt) * band_pass(angle, float(width), dt)
         if np.all(np.abs(response(w, angles)[:, 0, 0]) <= bound * (1.0 + 1e-9)):
-            break
-    return w
+            return w
+    raise NotConvergedError(
+        f"no factor of gain {size:.4g} at {angle / (2.0 * np.pi * dt):.4g} Hz keeps within the multiplicative bound "
+        f"beside it: expected a bound that is as large for more than {WIDTHS[-1] / (2.0 * np.pi * dt):.2g} Hz"
+    )
 
 
 def band_pass(angle: float, width: float, dt: float) -> Any:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from dob_companion.errors import NotConvergedError
+from dob_companion.lti.response import spectral_radius
 from dob_companion.synthesis.norms.hinf import hinf_norm
 from dob_companion.synthesis.plant.estimation import EstimationProblem
 
@@ -56,7 +57,7 @@ def central_filter(problem: EstimationProblem, gamma: float) -> CentralFilter | 
         K = (A @ P @ H.T + B @ D.T) @ np.linalg.solve(Re, np.vstack([np.eye(p), K_z]))
     except np.linalg.LinAlgError:  # the level lies on the edge, to the last bit
         return None
-    if np.max(np.abs(np.linalg.eigvals(A - K @ problem.C)), initial=0.0) >= 1.0:
+    if spectral_radius(A - K @ problem.C) >= 1.0:
         return None
     return CentralFilter(gamma, K, K_z)
 
