@@ -118,6 +118,7 @@ def _fly(options: argparse.Namespace) -> int:
             record=record,
             delay_samples=options.delay,
         )
+        flight.vehicle.lockstep = options.clock == "lockstep"
         limits = Limits(options.timeout, None if endless else options.event_timeout)
         ends = {COMPANION: other_end(options.link), GROUND: other_end(options.gcs)}
         loop = Loop(Endpoint(flight), links, limits, ends)

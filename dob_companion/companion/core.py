@@ -17,7 +17,7 @@ from dob_companion.companion.clocks import seconds
 from dob_companion.companion.config import CompanionConfig
 from dob_companion.companion.dob import DobLoop
 from dob_companion.companion.neighbours import Neighbours
-from dob_companion.companion.obeyed import SILENCE_S, Obeyed
+from dob_companion.companion.obeyed import Obeyed
 from dob_companion.companion.operator import Operator
 from dob_companion.companion.outgoing import Outgoing
 from dob_companion.companion.parameters import Parameters
@@ -120,7 +120,7 @@ class Companion:
         request = self._streams.due(now)
         if request:
             self._out.put(self._speaker.request(request))
-        if self._obeyed.silent(now):
+        if now >= self._obeyed.silence_at:
             self._without_samples(now)
         if self.loop.closing and (not self.loop.injecting or now >= self._close_by):
             self._finish(now)
@@ -137,7 +137,7 @@ class Companion:
         """When `advance` must be called even if nothing comes in."""
         silence = self._zeros.deadline
         if silence is None:
-            silence = self._obeyed.gyro_at + SILENCE_S if self.loop.injecting else float("inf")
+            silence = self._obeyed.silence_at if self.loop.injecting else float("inf")
         return min(self._next_heartbeat, self._streams.deadline, silence, self._close_by)
 
     # What the runtime asks besides ----------------------------------------------------------------------------
@@ -279,7 +279,7 @@ class Companion:
                 return
             self._meet(beat.system, profile, now)
         if beat.system == self.vehicle:
-            self._obeyed.beat(now)
+            self._obeyed.beat(now, simulated=beat.simulated)
             standing_by = beat.status in self.profile.landed.standing_by
             self.loop.heartbeat(beat.armed, now, standing_by=standing_by)
         else:

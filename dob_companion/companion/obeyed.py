@@ -9,6 +9,10 @@ SILENCE_S = 0.5
 repeats its newest pair, with room for a busy machine; the vehicle itself fades a held correction within 0.2 s, so that
 nothing but zeros may follow."""
 
+SIMULATED_SILENCE_S = 5.0
+"""The same for a simulation, whose clock stands while it waits: as long as it waits for an answer itself. How busy the
+computer is that simulates must not change the flight."""
+
 
 class Obeyed:
     """The vehicle is the configured system, or else the first that is heard, until it has been silent for long.
@@ -26,6 +30,7 @@ class Obeyed:
         self.profile: Profile = profiles.at_first(asked)
         self.gyro_at = now
         self._beat_at = now
+        self._patience_s = SILENCE_S
         self._wanted, self._asked = wanted, asked
         self._refused: set[int] = set()
 
@@ -33,13 +38,19 @@ class Obeyed:
         """No gyro sample has come for so long that nothing is known of the vehicle's motion."""
         return now - self.gyro_at >= SILENCE_S
 
+    @property
+    def silence_at(self) -> float:
+        """When a correction ends for want of samples."""
+        return self.gyro_at + self._patience_s
+
     def heard_s(self, now: float) -> float | None:
         """Time since the vehicle was last heard; None before it ever was."""
         return None if self.system is None else max(self._unheard_s(now), 0.0)
 
-    def beat(self, now: float) -> None:
-        """Its heartbeat has come."""
+    def beat(self, now: float, *, simulated: bool) -> None:
+        """Its heartbeat has come; `simulated`: its actuators are blocked, and its clock need not be the wall's."""
         self._beat_at = now
+        self._patience_s = SIMULATED_SILENCE_S if simulated else SILENCE_S
 
     def may_become(self, system: int, now: float, *, injecting: bool) -> bool:
         """Whether this system may be obeyed from now on."""

@@ -150,6 +150,7 @@ def _heartbeat(_codec: Codec, m: Any) -> Fact | None:
         make=make_of(m),
         armed=bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED),
         status=m.system_status,
+        simulated=bool(m.base_mode & mav.MAV_MODE_FLAG_HIL_ENABLED),
     )
 
 

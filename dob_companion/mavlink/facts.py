@@ -60,13 +60,15 @@ class AppliedMoment:
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
     """Somebody is alive. `make` is that of a flight controller (`makes`), "" for anybody else; `status` the number of
-    its state, which a profile's rule understands."""
+    its state, which a profile's rule understands; `simulated` that its actuators are blocked and its clock is that of a
+    simulation (hardware in the loop)."""
 
     system: int
     component: int
     make: str
     armed: bool
     status: int
+    simulated: bool = False
 
 
 @dataclass(frozen=True, slots=True)

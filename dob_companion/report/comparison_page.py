@@ -49,8 +49,9 @@ _MARKS = {
     for (name, _), marker, size in zip(OFF_NOMINAL, "<>os", (7.0, 7.0, 5.5, 4.5), strict=True)
 }
 _DOT: dict[str, Any] = {"marker": "o", "markersize": 3.5}
-_NUMBER, _WORDS = 0.17, 0.45
-"""Shares of the attenuation's axis that a number beside its marks takes, and the words on where it is unstable."""
+_BESIDE, _BEYOND = 8.0, 40.0
+"""Points between a method's marks and its number or the words at the left, and from its marks to words at the right."""
+_NUMBER_SIZE, _WORDS_SIZE = 8.5, 8.0
 _DPI = 200
 
 
@@ -175,10 +176,11 @@ def _overview(axis: AxisComparison) -> Figure:
     titles = ("attenuation: RMS attitude error, off / on", "noise in d̂, RMS", "disk margin")
     for axes, title in zip(columns, titles, strict=True):
         _frame(axes, title, rows, at)
-    low, high = _limits(rows)
-    for place, row in zip(at, rows, strict=True):
-        _row(columns, row, place, left=_room_at_left(row, low, high))
-    _scales(columns, rows)
+    needs = [_needs(columns[0], row) for row in rows]
+    low, high = _limits(rows, needs)
+    for place, row, needed in zip(at, rows, needs, strict=True):
+        _row(columns, row, place, left=_room_at_left(row, needed, low, high))
+    _scales(columns, rows, low, high)
     if tuned < len(rows):
         columns[0].text(-0.01, at[tuned] - 0.85, UNTUNED, transform=columns[0].get_yaxis_transform(), ha="right",
                         va="center", fontsize=8, style="italic", color=MUTED)  # fmt: skip
@@ -206,16 +208,14 @@ def _row(columns: Any, row: Row, place: float, *, left: bool) -> None:
         if value is not None:
             first.plot(value, place, color=colour, **_MARKS[name])
     first.plot(row.mean, place, color=colour, **_DOT)
-    label: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8.5, "va": "center"}
-    first.annotate(f"{row.mean:.2f}", (_reach(row)[1], place), (8, 0), color=colour, **label)
-    unstable = [name for name, value in row.off_nominal.items() if value is None]
-    if unstable:
-        words = "unstable: " + ", ".join(unstable).replace(", gain", ",").replace(", delay", ",")
-        label |= {"fontsize": 8, "color": COLOURS["off"]}
+    label: dict[str, Any] = {"textcoords": "offset points", "fontsize": _NUMBER_SIZE, "va": "center"}
+    first.annotate(f"{row.mean:.2f}", (_reach(row)[1], place), (_BESIDE, 0), color=colour, **label)
+    if words := _unstable(row):
+        label |= {"fontsize": _WORDS_SIZE, "color": COLOURS["off"]}
         if left:
-            first.annotate(words, (_reach(row)[0], place), (-8, 0), ha="right", **label)
+            first.annotate(words, (_reach(row)[0], place), (-_BESIDE, 0), ha="right", **label)
         else:
-            first.annotate(words, (_reach(row)[1], place), (40, 0), **label)
+            first.annotate(words, (_reach(row)[1], place), (_BEYOND, 0), **label)
     noise.plot(row.noise_rms, place, color=colour, **_DOT)
     disk.plot(row.disk_margin, place, color=colour, **_DOT)
 
@@ -226,34 +226,61 @@ def _reach(row: Row) -> tuple[float, float]:
     return min(reached), max(reached)
 
 
-def _limits(rows: list[Row]) -> tuple[float, float]:
+def _unstable(row: Row) -> str:
+    """Where a method is unstable, in words; "" when nowhere."""
+    names = ", ".join(name for name, value in row.off_nominal.items() if value is None)
+    for long, short in (("gain −30 %, gain +30 %", "gain ±30 %"), (", delay", ",")):
+        names = names.replace(long, short)
+    return f"unstable: {names}" if names else ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Needs:
+    """Shares of the attenuation's axis that a method's words take: its number, and where it is unstable when that
+    stands at the left of its marks, or at the right of them together with the number."""
+
+    number: float
+    left: float
+    right: float
+
+
+def _needs(axes: Axes, row: Row) -> _Needs:
+    """Measured as drawn, with a little air at the end."""
+    whole, point, words = axes.get_window_extent().width, axes.figure.dpi / 72.0, _unstable(row)
+
+    def share(text: str, size: float, distance: float) -> float:
+        probe = axes.text(0.0, 0.0, text, fontsize=size)
+        width = probe.get_window_extent().width
+        probe.remove()
+        return float((width + (distance + 2.0) * point) / whole)
+
+    number = share(f"{row.mean:.2f}", _NUMBER_SIZE, _BESIDE)
+    if not words:
+        return _Needs(number, 0.0, number)
+    return _Needs(number, share(words, _WORDS_SIZE, _BESIDE), share(words, _WORDS_SIZE, _BEYOND))
+
+
+def _limits(rows: list[Row], needs: list[_Needs]) -> tuple[float, float]:
     """Of the attenuation's axis, logarithmic: as far to the right as each method's words need."""
     low = min(_reach(row)[0] for row in rows) / 1.25
 
-    def highest(words_at_right: float) -> float:
-        return max(
-            float(low * (_reach(row)[1] / low) ** (1.0 / (1.0 - _NUMBER - words_at_right * _broken(row))))
-            for row in rows
-        )
+    def highest(shares: list[float]) -> float:
+        reached = [_reach(row)[1] / low for row in rows]
+        return max(float(low * reach ** (1.0 / (1.0 - share))) for reach, share in zip(reached, shares, strict=True))
 
-    high = max(highest(0.0), 1.5 * low)
-    if all(_room_at_left(row, low, high) for row in rows if _broken(row)):
+    high = max(highest([needed.number for needed in needs]), 1.5 * low)
+    if all(_room_at_left(row, needed, low, high) for row, needed in zip(rows, needs, strict=True)):
         return low, high
-    return low, highest(_WORDS)
+    return low, highest([needed.right for needed in needs])
 
 
-def _broken(row: Row) -> bool:
-    return None in row.off_nominal.values()
+def _room_at_left(row: Row, needed: _Needs, low: float, high: float) -> bool:
+    return math.log(_reach(row)[0] / low) > needed.left * math.log(high / low)
 
 
-def _room_at_left(row: Row, low: float, high: float) -> bool:
-    return math.log(_reach(row)[0] / low) > _WORDS * math.log(high / low)
-
-
-def _scales(columns: Any, rows: list[Row]) -> None:
+def _scales(columns: Any, rows: list[Row], low: float, high: float) -> None:
     first, noise, disk = columns
     first.set_xscale("log")
-    low, high = _limits(rows)
     first.set_xlim(low, high)
     ticks = [t for t in (1, 2, 3, 5, 10, 20, 30, 50, 100, 200, 500) if low <= t <= max(_reach(row)[1] for row in rows)]
     first.set_xticks(ticks, [str(t) for t in ticks])

@@ -146,6 +146,7 @@ def _turn(
             rehearsal.run()
     ready = ready or _ready(ends, until)
     now = time.monotonic()
+    ready = ready or _ready(ends, now)  # what came while this process was held up is not missing
     if stop in ready:
         stop.drain()
     if link in ready:

@@ -60,6 +60,7 @@ class Vehicle:
         self.attitude_gain = attitude_gain
         self.attitude_command: Quaternion = LEVEL
         self.armed = False
+        self.lockstep = False  # its clock is not the wall's; said in HEARTBEAT, changes no flight
         self.landing = False
         self.taking_off = False
         self.target_altitude: float | None = None

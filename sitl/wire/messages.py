@@ -49,8 +49,10 @@ def actuator_control_target(s: Sample) -> Message:
 
 
 def heartbeat(vehicle: Vehicle) -> Message:
-    """HEARTBEAT of a tail-sitter with an autopilot of no known make."""
+    """HEARTBEAT of a tail-sitter with an autopilot of no known make; in lockstep its clock is not the wall's."""
     mode = mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED | mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
+    if vehicle.lockstep:
+        mode |= mavlink.MAV_MODE_FLAG_HIL_ENABLED
     if vehicle.armed:
         mode |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED
     state = mavlink.MAV_STATE_ACTIVE if vehicle.armed else mavlink.MAV_STATE_STANDBY

@@ -10,7 +10,8 @@ import time
 
 from pymavlink.dialects.v20 import common as mav
 
-PATIENCE_S = 30.0
+PATIENCE_S = 120.0
+"""What hangs is given up after so long. Whatever is waited for is an event: how long it takes proves nothing."""
 
 
 def run_cli(*arguments, timeout=PATIENCE_S, cwd=None):

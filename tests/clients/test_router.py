@@ -110,10 +110,16 @@ def ports():
 
 
 @pytest.fixture
-def vehicle(ports):
+def clock():
+    """In lockstep a router may take as long as a busy machine lets it."""
+    return "lockstep"
+
+
+@pytest.fixture
+def vehicle(ports, clock):
     """In hover: one link to the router, and a radio of its own."""
     links = ("--link", f"udpout:127.0.0.1:{ports['router']}", "--gcs", f"udpout:127.0.0.1:{ports['radio']}")
-    with process("-m", "sitl", "calm", *links, stderr=subprocess.DEVNULL):
+    with process("-m", "sitl", "calm", "--clock", clock, *links, stderr=subprocess.DEVNULL):
         yield
 
 
@@ -155,6 +161,7 @@ def test_through_mavlink_router_the_companion_flies_and_the_ground_hears_what_it
         router.wait(PATIENCE_S)
 
 
+@pytest.mark.parametrize("clock", ["lockstep", pytest.param("real-time", marks=pytest.mark.proof)])
 def test_through_mavproxy_the_companion_flies_and_the_ground_sees_the_vehicle(ports, vehicle, tmp_path):
     outputs = [f"--out=127.0.0.1:{ports[name]}" for name in ("companion", "ground")]
     with (

@@ -62,6 +62,7 @@ class Aircraft:
     thrust: float = 0.5
     age: float = 1.0
     armed: bool = True
+    simulated: bool = False
     system_status: int = mav.MAV_STATE_ACTIVE
     beats: bool = True
     flight: tuple | None = None  # landed_state and vtol_state, told at 5 Hz
@@ -92,7 +93,9 @@ class Aircraft:
         return heard
 
     def heartbeat(self):
-        mode = 128 if self.armed else 0
+        mode = (mav.MAV_MODE_FLAG_SAFETY_ARMED if self.armed else 0) | (
+            mav.MAV_MODE_FLAG_HIL_ENABLED if self.simulated else 0
+        )
         return self.deliver(mav.MAVLink_heartbeat_message(2, self.autopilot, mode, 0, self.system_status, 3))
 
     def imu(self, stamp=None, rates=None):

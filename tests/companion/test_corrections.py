@@ -221,6 +221,23 @@ def test_the_pause_of_a_vehicle_in_lockstep_that_repeats_its_pair_is_no_silence(
     assert plane.companion.status().state is State.ACTIVE
 
 
+def test_a_simulation_that_is_held_up_is_not_silent_before_it_would_give_up_itself():
+    """Its HEARTBEAT says hardware in the loop: a busy computer must not change its flight."""
+    plane = aircraft()
+    plane.simulated = True
+    plane.active()
+    plane.rates = (0.2, 0.0, 0.0)
+    plane.pairs(50)
+    plane.now += 4.9
+    assert corrections(plane.listen()) == []
+    (answer,) = plane.pair()
+    assert answer.x == pytest.approx(-0.2, rel=1e-6)
+    assert plane.companion.status().state is State.ACTIVE
+    plane.now += 5.1
+    assert all(xyz(zero) == (0.0, 0.0, 0.0) for zero in corrections(plane.listen()))
+    assert plane.companion.status().state is not State.ACTIVE
+
+
 def test_closing_fades_and_ends_with_a_zero():
     plane = aircraft().active()
     plane.rates = (0.2, 0.0, 0.0)

@@ -1,7 +1,6 @@
 """The demo from end to end: real processes, real sockets, a real ground station."""
 
 import json
-import os
 import signal
 import statistics
 import subprocess
@@ -24,11 +23,10 @@ from tests.recorder.flights import wait_until
 from tests.sitl.bench import SHORT as SCENARIO
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-PATIENCE_S = 180.0
 
 
 def fly(out, *more):
-    finished = run_cli("demo", "-o", out, *more, timeout=PATIENCE_S)
+    finished = run_cli("demo", "-o", out, *more, timeout=None)  # its own patience has an end
     assert finished.returncode == 0, finished.stderr
     return json.loads((out / "result.json").read_text()), finished
 
@@ -119,9 +117,9 @@ def test_ctrl_c_at_any_moment_leaves_no_process_and_only_whole_files(tmp_path, a
     deadline = time.monotonic() + after_s
     while time.monotonic() < deadline and process.poll() is None:
         family |= children(process.pid)
-        os.sched_yield()
+        time.sleep(0.005)
     process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=30)
+    _, errors = process.communicate()
     # Python itself ends by the signal, which a shell shows as 130 too, where it came within an exec() of the imports
     assert process.returncode in (130, -signal.SIGINT), errors
     assert "Traceback" not in errors
@@ -166,7 +164,6 @@ at_least = 1.5
 )
 
 
-@pytest.mark.xfail(reason="known fault: on a loaded machine pitch misses its check too", strict=False)
 def test_a_scenario_is_flown_with_its_checks_and_one_that_is_missed_is_exit_1(tmp_path):
     """Pitch has an observer, roll has none: its check is missed, and all files are there all the same."""
     (tmp_path / "short.toml").write_text(SHORT)
@@ -177,7 +174,7 @@ def test_a_scenario_is_flown_with_its_checks_and_one_that_is_missed_is_exit_1(tm
     (tmp_path / "out" / "result.json").write_text("of an earlier flight")
     finished = run_cli(
         "demo", "--fast", "-o", "out", "--scenario", "short.toml", "--spec", "pitch.toml",
-        timeout=PATIENCE_S, cwd=tmp_path,
+        timeout=None, cwd=tmp_path,
     )  # fmt: skip
     assert finished.returncode == 1
     assert "1 of 2 checks failed: rms_ratio roll" in finished.stderr.splitlines()[-1]

@@ -1,7 +1,6 @@
 """A recorded flight in simulated time: companion and recorder called as by the loop, the scribe a real process."""
 
 import fcntl
-import os
 import struct
 import termios
 import time
@@ -12,10 +11,12 @@ from dob_companion.companion import Companion
 from dob_companion.files.playback import play
 from dob_companion.files.recorder import FlightRecorder
 from dob_companion.flightlog.replay import Replay
+from tests.cli.processes import PATIENCE_S
 from tests.companion.aircraft import Aircraft, small_design
 
-PATIENCE_S = 30.0
 HALF_A_PIPE = 1 << 19
+LOOK_S = 0.002
+"""Between two looks at what another process does, which needs the processor meanwhile."""
 
 
 class Told:
@@ -49,7 +50,7 @@ class Told:
         self.turns += 1
         self.troubles += [trouble] * bool(trouble)
         while self.wait_for_room and pending(self.recorder) > HALF_A_PIPE:
-            os.sched_yield()
+            time.sleep(LOOK_S)
         return out
 
 
@@ -68,7 +69,13 @@ def recorded(directory, **sizes):
     try:
         yield plane
     finally:
-        recorder.close()
+        end(recorder)
+
+
+def end(recorder):
+    """Close it, and wait for its scribe as long as that takes: the recorder itself leaves before a late one."""
+    recorder.close()
+    recorder._pipe._process.wait()
 
 
 def pairs_in_a_hurry(plane, count, wall_s=0.05):
@@ -99,4 +106,4 @@ def wait_until(holds):
     deadline = time.monotonic() + PATIENCE_S
     while not holds():
         assert time.monotonic() < deadline, "waited in vain"
-        os.sched_yield()
+        time.sleep(LOOK_S)

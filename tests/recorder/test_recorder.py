@@ -13,7 +13,7 @@ from dob_companion.errors import InputError
 from dob_companion.files.recorder import CHECKPOINT_S, FlightRecorder
 from dob_companion.files.segments import segments_in, traces_at
 from tests.companion.aircraft import Aircraft, corrections, small_design
-from tests.recorder.flights import Told, pairs_in_a_hurry, recorded, replayed, wait_until
+from tests.recorder.flights import Told, end, pairs_in_a_hurry, recorded, replayed, wait_until
 
 WALL_S = 0.1
 A_LINE = 500
@@ -183,6 +183,6 @@ def test_recorder_begins_in_mid_flight_as_well(tmp_path):
     recorder = FlightRecorder(tmp_path, companion, small_design(), now=plane.now)
     plane.companion = Told(companion, recorder)
     plane.pairs(200)
-    recorder.close()
+    end(recorder)
     replay, _ = replayed(*traces_at(tmp_path))
     assert (replay.difference, replay.corrections) == ("", 200)

@@ -85,6 +85,8 @@ def test_the_ground_station_is_told_how_the_flight_goes(tmp_path):
         sitl.finish()
         expected = ["hover reached", "window off", "waiting for DOB_ENABLE=1", "window on", "flight complete"]
         assert list(dict.fromkeys(sitl.texts)) == [f"sitl: {t}" for t in expected]
+        beats = [m for m in sitl.at_ground if m.get_type() == "HEARTBEAT"]
+        assert all(m.base_mode & mavlink.MAV_MODE_FLAG_HIL_ENABLED for m in beats)
 
 
 def test_a_flight_whose_notes_nobody_reads_any_more_is_flown_to_its_end(tmp_path):

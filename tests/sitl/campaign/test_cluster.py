@@ -42,7 +42,7 @@ def test_a_lost_worker_loses_nothing(design, short, flown, tmp_path):
         stack.callback(campaign.kill)
         wait_for(lambda: len(kept(out)) >= 2, campaign)
         workers[0].send_signal(signal.SIGKILL)
-        _, errors = campaign.communicate(timeout=60)
+        _, errors = campaign.communicate()
         assert campaign.returncode == 0, errors
     assert len(kept(out)) == FLIGHTS
     assert (out / "flights.parquet").read_bytes() == (whole / "flights.parquet").read_bytes()
