@@ -17,6 +17,7 @@ import cvxpy
 import numpy as np
 
 from bench._plants import Plant, all_plants
+from dob_companion.lti.response import spectral_radius
 from dob_companion.synthesis import synthesize
 from dob_companion.synthesis.norms.hinf import hinf_norm
 from dob_companion.synthesis.plant.estimation import estimation_problem
@@ -139,7 +140,7 @@ def _achieved(peer: Peer, plant: Plant) -> float | None:
     closed = P.lft(K)
     exogenous = plant.disturbance.D.shape[1] + plant.noise.D.shape[1]
     closed = ct.ss(closed.A, closed.B[:, :exogenous], closed.C, closed.D[:, :exogenous], P.dt)
-    if np.max(np.abs(np.linalg.eigvals(closed.A)), initial=0.0) >= 1.0:
+    if spectral_radius(closed.A) >= 1.0:
         return None
     return float(hinf_norm(closed)[0])
 

@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.comparison.vehicle import Vehicle, close
-from dob_companion.lti.response import STABLE, response, spectral_radius
+from dob_companion.lti import margins
+from dob_companion.lti.response import response
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-MOST_DELAY_SAMPLES = 50
-"""The search for a delay margin ends here; that margin means "at least"."""
 
 
 class LoopResponses:
@@ -40,7 +38,7 @@ class LoopResponses:
     def disk_margin(self, observer: Any) -> float:
         """Largest disk of gain and phase error in the moment that the loop is sure to survive."""
         S, _ = self._sensitivity(observer)
-        return float(1.0 / np.max(np.abs(S - 0.5)))
+        return margins.disk_margin(S)
 
     def error(self, observer: Any) -> Complex:
         """d -> d - z^-τ d_hat at the angles: T_f of the paper's Eq. (2), link delay included."""
@@ -63,9 +61,5 @@ class LoopResponses:
 
 def delay_margin(vehicle: Vehicle, observer: Any) -> int:
     """Further whole samples of delay, unknown to the observer, that leave the rate loop stable."""
-    for extra in range(1, MOST_DELAY_SAMPLES + 1):
-        # theta integrates y outside the loop; its eigenvalue 1 is not the loop's
-        loop = close(vehicle, observer, attitude=False, unseen=extra)
-        if spectral_radius(loop.A[:-1, :-1]) >= STABLE:
-            return extra - 1
-    return MOST_DELAY_SAMPLES
+    # theta integrates y outside the loop; its eigenvalue 1 is not the loop's
+    return margins.delay_margin(lambda late: close(vehicle, observer, attitude=False, unseen=late).A[:-1, :-1])

@@ -5,8 +5,8 @@ from textwrap import wrap
 from typing import Any
 
 from dob_companion.comparison.evaluate import OFF_NOMINAL, AxisComparison, Row
-from dob_companion.comparison.measure import MOST_DELAY_SAMPLES
 from dob_companion.comparison.shortfall import Shortfall, Step, shortfall_table
+from dob_companion.lti.margins import MOST_DELAY_SAMPLES
 
 RULE = (
     "Tuned: least expected RMS attitude error with no smaller a disk margin and no more gyro noise in the correction "

@@ -3,7 +3,8 @@
 ::
 
     statespace   StateSpaceData, four checked matrices; series, sum, side by side, wiring of parts
-    response     G(e^{j angle}), spectral radius
+    response     G(e^{j angle}), its gain; spectral radius
+    margins      delay and disk margin of a closed loop
     gramian      covariance of a stable system by doubling; the steady-state Kalman predictor
     filters      Butterworth sections
 

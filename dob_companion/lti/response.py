@@ -35,7 +35,11 @@ def response(system: Any, angles: Array) -> ComplexArray:
 
 def gains(system: Any, angles: Array) -> Array:
     """Largest singular value of G at each angle."""
-    G = response(system, angles)
+    return largest(response(system, angles))
+
+
+def largest(G: ComplexArray) -> Array:
+    """Largest singular value of each matrix of a stack (., p, m)."""
     if min(G.shape[1:]) == 1:
         return np.asarray(np.linalg.norm(G, axis=(1, 2)))
     return np.asarray(np.linalg.svd(G, compute_uv=False)[:, 0])

@@ -10,6 +10,9 @@ from dob_companion.lti.response import spectral_radius
 
 Array = NDArray[np.float64]
 
+SWEEPS = 8
+"""Of balancing; it needs not be at its end, as any units give the same loop."""
+
 
 class System(Protocol):
     """x(k+1) = A x + B u, y = C x + D u: A (n, n), B (n, m), C (p, n), D (p, m)."""
@@ -106,11 +109,33 @@ def wired(parts: System, inside: Array, outside: Array, read: Array, past: Array
     """Parts side by side, inputs v and outputs s, closed around signals w from outside; z is what is read.
 
     v = inside s + outside w,  z = read s + past w.  The result goes from w to z. An algebraic loop is solved; numpy's
-    LinAlgError is raised where it has no solution.
+    LinAlgError is raised where it has no solution. Small units alone do not spoil it: v is balanced before.
     """
-    solved = np.linalg.inv(np.eye(len(parts.D)) - parts.D @ inside)
-    C, D = solved @ parts.C, solved @ parts.D @ outside
-    return ABCD(parts.A + parts.B @ inside @ C, parts.B @ (outside + inside @ D), read @ C, read @ D + past)
+    n, loop = len(parts.A), inside @ parts.D
+    units = _units(loop)[:, None]
+    balanced = np.eye(len(loop)) - loop / units * units.T
+    v = units * np.linalg.solve(balanced, np.hstack([inside @ parts.C, outside]) / units)
+    of_x, of_w = v[:, :n], v[:, n:]
+    return ABCD(
+        parts.A + parts.B @ of_x,
+        parts.B @ of_w,
+        read @ (parts.C + parts.D @ of_x),
+        read @ parts.D @ of_w + past,
+    )
+
+
+def _units(M: Array) -> Array:
+    """Powers of two T for which each row of T^-1 M T is about as large as its column (Osborne, J. ACM 7(4), 1960).
+
+    A row or column of zeros keeps its unit.
+    """
+    sizes, units = np.abs(M) * (1.0 - np.eye(len(M))), np.ones(len(M))
+    both = np.flatnonzero(np.any(sizes, axis=0) & np.any(sizes, axis=1))
+    for _ in range(SWEEPS):
+        for i in both:
+            row, column = sizes[i] @ units / units[i], sizes[:, i] @ (1.0 / units) * units[i]
+            units[i] *= np.exp2(np.round(0.5 * np.log2(row / column)))
+    return units
 
 
 def diagonal(*blocks: Array) -> Array:

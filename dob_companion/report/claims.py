@@ -8,8 +8,8 @@ import numpy as np
 
 from dob_companion.artifact import Certificate, DobBlock
 from dob_companion.artifact.flyable import GREATEST_COMMAND_LEAK, LEAST_DELAY_MARGIN_SAMPLES, LEAST_DISK_MARGIN
+from dob_companion.lti.margins import MOST_DELAY_SAMPLES
 from dob_companion.report.words import listed, number, plural
-from dob_companion.synthesis.certify.margins import MOST_DELAY_SAMPLES
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,9 @@ import control as ct
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.lti.response import gains, response, spectral_radius
+from dob_companion.lti import margins as lti
+from dob_companion.lti.margins import MOST_DELAY_SAMPLES
+from dob_companion.lti.response import gains, response
 from dob_companion.synthesis.norms.hinf import angle_grid, hinf_norm
 from dob_companion.synthesis.norms.structured import structured_bounds
 from dob_companion.synthesis.plant.loop import Loop, close_loop
@@ -17,9 +19,6 @@ from dob_companion.synthesis.plant.problem import Problem
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-
-MOST_DELAY_SAMPLES = 50
-"""The searches for delay margins end here; a margin of this size means "at least"."""
 
 COUPLED_TOLERANCE = 1e-5
 """Relative width of the bracket of a disk margin of several moments."""
@@ -61,11 +60,12 @@ def delay_margin(problem: Problem, observer: Any) -> int:
     the correction); one that the observer is not told about does, so that is the one counted.
     """
     m = len(problem.delays)
-    for extra in range(1, MOST_DELAY_SAMPLES + 1):
-        late = close_loop(problem.plant, problem.controller, observer, problem.delays, (extra,) * m)
-        if spectral_radius(late.system.A) >= 1.0:
-            return extra - 1
-    return MOST_DELAY_SAMPLES
+
+    def late(extra: int) -> Array:
+        loop = close_loop(problem.plant, problem.controller, observer, problem.delays, (extra,) * m)
+        return np.asarray(loop.system.A)
+
+    return lti.delay_margin(late)
 
 
 def useful_delay(loop: Loop, disturbance_weight: Any) -> int:

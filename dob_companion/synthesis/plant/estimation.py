@@ -15,6 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from dob_companion.lti import statespace
+from dob_companion.lti.statespace import beside, diagonal
+
 Array = NDArray[np.float64]
 
 
@@ -131,28 +134,15 @@ def estimation_problem(plant: Any, W_d: Any, W_n: Any, delays: tuple[int, ...]) 
 
 def delay_line(lengths: tuple[int, ...], taps: tuple[int, ...], dt: float) -> Any:
     """Inputs delayed by `lengths`, then the same inputs delayed by `taps` (each tap <= its length)."""
-    m, n = len(lengths), sum(lengths)
-    A, B = np.zeros((n, n)), np.zeros((n, m))
-    C, D = np.zeros((2 * m, n)), np.zeros((2 * m, m))
-    first = 0
-    for i, length in enumerate(lengths):
-        for row, late in ((i, length), (m + i, taps[i])):
-            if late:
-                C[row, first + late - 1] = 1.0
-            else:
-                D[row, i] = 1.0
-        if length:
-            B[first, i] = 1.0
-        for k in range(1, length):
-            A[first + k, first + k - 1] = 1.0
-        first += length
-    return ct.ss(A, B, C, D, dt)
+    line = beside(*map(statespace.delay_line, lengths))
+    tapped = diagonal(*(np.eye(1, length, k=tap - 1) * (tap > 0) for length, tap in zip(lengths, taps, strict=True)))
+    direct = np.diag([float(tap == 0) for tap in taps])
+    return ct.ss(line.A, line.B, np.vstack([line.C, tapped]), np.vstack([line.D, direct]), dt)
 
 
 def delay(lengths: tuple[int, ...], dt: float) -> Any:
     """diag(z^-length), one channel each."""
-    m = len(lengths)
-    return delay_line(lengths, lengths, dt)[:m, :]
+    return ct.ss(*beside(*map(statespace.delay_line, lengths)), dt)
 
 
 def _is_decoupled(W: Any) -> bool:

@@ -17,9 +17,8 @@ from typing import Any
 import control as ct
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
-from dob_companion.synthesis.plant.estimation import delay
+from dob_companion.lti.statespace import beside, delay_line, wired
 
 Array = NDArray[np.float64]
 
@@ -68,20 +67,12 @@ def close_loop(
     p, m = plant.D.shape
     dt = plant.dt
     off = ct.ss([], [], [], np.zeros((m, p + m)), dt)
-    parts = (plant, controller, observer or off, delay(delays, dt), delay(unseen_delay or (0,) * m, dt))
+    parts = (plant, controller, observer or off, *map(delay_line, delays), *map(delay_line, unseen_delay or (0,) * m))
     size = _sizes(p, m)
     outputs = ("y", "u", "d_hat", "late", "acting")
-    apart, wires = ct.append(*parts), _matrix(_SUMS, outputs, size)
-    into, out = _matrix(_SUMS, _OUTSIDE, size), _matrix(_READ, outputs, size)
-    # The parts' inputs v = wires (C x + D v) + into w, solved for v. It is well posed when I + G C is invertible at
-    # infinite frequency; python-control's feedback asks for more, a good condition, which small units alone can spoil.
-    F, (units, _) = linalg.matrix_balance(np.eye(len(wires)) - wires @ apart.D, permute=False, separate=True)
-    right = np.hstack([wires @ apart.C, into])
-    solved = units[:, None] * np.linalg.solve(F, right / units[:, None])
-    inner, outer = solved[:, : apart.nstates], solved[:, apart.nstates :]
-    A, B = apart.A + apart.B @ inner, apart.B @ outer
-    C, D = out @ (apart.C + apart.D @ inner), out @ apart.D @ outer + _matrix(_READ, _OUTSIDE, size)
-    return Loop(ct.ss(A, B, C, D, dt), p, m)
+    inside, outside = _matrix(_SUMS, outputs, size), _matrix(_SUMS, _OUTSIDE, size)
+    read, past = _matrix(_READ, outputs, size), _matrix(_READ, _OUTSIDE, size)
+    return Loop(ct.ss(*wired(beside(*parts), inside, outside, read, past), dt), p, m)
 
 
 def _sizes(p: int, m: int) -> dict[str, int]:

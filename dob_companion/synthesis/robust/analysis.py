@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.errors import SpecError
-from dob_companion.lti.response import response, spectral_radius
+from dob_companion.lti.response import largest, response, spectral_radius
 from dob_companion.synthesis.norms.hinf import angle_grid, hinf_norm
 from dob_companion.synthesis.plant.loop import close_loop
 from dob_companion.synthesis.plant.models import stack
@@ -189,8 +189,7 @@ def _sampled(grids: tuple[Interconnection, ...], uncertainty: Uncertainty, seen:
 
 
 def _peak(G: ComplexArray) -> float:
-    sizes = np.linalg.norm(G, axis=(1, 2)) if min(G.shape[1:]) == 1 else np.linalg.svd(G, compute_uv=False)[:, 0]
-    return float(np.max(sizes))
+    return float(np.max(largest(G)))
 
 
 def _performance(

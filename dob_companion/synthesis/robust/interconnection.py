@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.lti.response import response
+from dob_companion.lti.response import largest, response
 from dob_companion.synthesis.plant.loop import close_loop
 from dob_companion.synthesis.plant.models import stack
 from dob_companion.synthesis.plant.problem import Problem
@@ -81,7 +81,7 @@ class Interconnection:
             return np.asarray(np.abs(N[:, 0, 0]) + np.abs(E[:, 0, 0]))
         scale = _perron(np.abs(N) + np.abs(E))
         ratio = scale[:, :, None] / scale[:, None, :]
-        return np.asarray(_norms(N * ratio) + _norms(E * ratio))
+        return np.asarray(largest(N * ratio) + largest(E * ratio))
 
     def _shifted(self, delta: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
         m, column = delta.shape[1], delta[:, :, None]
@@ -119,10 +119,10 @@ def _several(
 ) -> tuple[Array, Array]:
     X = N11 * r[:, None, :]
     scale = _perron(np.abs(X))
-    beta = _norms(X * scale[:, :, None] / scale[:, None, :])
+    beta = largest(X * scale[:, :, None] / scale[:, None, :])
     room = np.where(beta < 1.0, 1.0 - beta, 1.0)
-    outer = _norms(N21 * (r / scale)[:, None, :]) * _norms(scale[:, :, None] * N12)
-    return beta, np.where(beta < 1.0, _norms(N22) + outer / room, np.inf)
+    outer = largest(N21 * (r / scale)[:, None, :]) * largest(scale[:, :, None] * N12)
+    return beta, np.where(beta < 1.0, largest(N22) + outer / room, np.inf)
 
 
 def _perron(P: Array) -> Array:
@@ -133,7 +133,3 @@ def _perron(P: Array) -> Array:
         left, right = np.einsum("nij,ni->nj", P, left), np.einsum("nij,nj->ni", P, right)
         left, right = (v / np.sum(v, axis=1, keepdims=True) for v in (left, right))
     return np.asarray(np.sqrt(left / right))
-
-
-def _norms(M: ComplexArray) -> Array:
-    return np.asarray(np.linalg.svd(M, compute_uv=False)[:, 0])

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from dob_companion.errors import UnsolvableError
 from dob_companion.lti.gramian import gramian
+from dob_companion.lti.margins import MOST_DELAY_SAMPLES
 from dob_companion.lti.response import response, spectral_radius
-from dob_companion.synthesis.certify.margins import MOST_DELAY_SAMPLES
 from dob_companion.synthesis.norms.structured import structured_bounds
 from dob_companion.synthesis.plant.models import stack
 from dob_companion.synthesis.spec.auto import AutoSpec
