@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from dob_companion.errors import InputError
+from dob_companion.mavlink.outline import V1, V2
 
 TRACE = "a recorded flight"
 
@@ -17,7 +18,7 @@ _BEGINNINGS = {
     b"<htm": "a page",
 }
 _STAMP = 8
-_FRAMES = b"\xfe", b"\xfd"
+_FRAMES = bytes((V1,)), bytes((V2,))
 
 
 def kind_of(path: Path) -> str:

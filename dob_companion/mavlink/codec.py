@@ -21,9 +21,10 @@ from dob_companion.mavlink.facts import (
     TimesyncReply,
     TimesyncRequest,
 )
-from dob_companion.mavlink.frame import payload_of, read_frame, single_frame, unpacked
+from dob_companion.mavlink.frame import read_frame, single_frame, unpacked
 from dob_companion.mavlink.ftp import is_request
 from dob_companion.mavlink.makes import make_of
+from dob_companion.mavlink.outline import payload_of
 from dob_companion.mavlink.parser import forget_parsed, robust_parser
 from dob_companion.mavlink.profiles import FALLBACK, Profile
 from dob_companion.mavlink.tunnel import correction_in

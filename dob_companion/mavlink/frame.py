@@ -6,35 +6,29 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mav
 
-_START = 0xFD
-_HEADER, _HEADER_1, _CRC, _SIGNATURE = 10, 6, 2, 13
-_EXTRA = [bytes((extra,)) for extra in range(256)]
+from dob_companion.mavlink.outline import CHECKSUM, HEADER_V2, V2, number_of, size_at
+
+EXTRA = [bytes((extra,)) for extra in range(256)]
 
 
 def _by_pymavlink(covered: bytes) -> int:
     return int(mav.x25crc(covered).crc)
 
 
-_crc: Callable[[bytes], int] = mav.mcrf4xx or _by_pymavlink
+crc: Callable[[bytes], int] = mav.mcrf4xx or _by_pymavlink
 """CRC-16/MCRF4XX: in native code where pymavlink has it."""
 
 
 def read_frame(data: bytes, known: dict[int, Any]) -> tuple[int, int, int, tuple[Any, ...]] | None:
     """System, component, message number and the fields in the order of the wire, when `data` is exactly one unsigned
     MAVLink 2 frame with a right checksum of one of the `known` messages (number to pymavlink's class); else None."""
-    if len(data) < _HEADER + _CRC or data[0] != _START or data[2] or len(data) != _HEADER + data[1] + _CRC:
+    number = single_frame(data)
+    if number is None or data[2]:
         return None
-    number = data[7] | data[8] << 8 | data[9] << 16
     layout = known.get(number)
-    if layout is None or _crc(data[1:-2] + _EXTRA[layout.crc_extra]) != data[-2] | data[-1] << 8:
+    if layout is None or crc(data[1:-CHECKSUM] + EXTRA[layout.crc_extra]) != data[-2] | data[-1] << 8:
         return None
-    return data[5], data[6], number, unpacked(layout, data[_HEADER:-_CRC])
-
-
-def payload_of(frame: bytes) -> bytes:
-    """The payload of a whole frame of MAVLink 1 or 2."""
-    begin = _HEADER if frame[0] == _START else _HEADER_1
-    return frame[begin : begin + frame[1]]
+    return data[5], data[6], number, unpacked(layout, data[HEADER_V2:-CHECKSUM])
 
 
 def unpacked(layout: Any, payload: bytes) -> tuple[Any, ...]:
@@ -48,10 +42,9 @@ def unpacked(layout: Any, payload: bytes) -> tuple[Any, ...]:
 
 def single_frame(data: bytes) -> int | None:
     """Message number of `data` that looks like exactly one MAVLink 2 frame, whole or not; None for anything else."""
-    if len(data) < _HEADER + _CRC or data[0] != _START:
+    if len(data) < HEADER_V2 + CHECKSUM or data[0] != V2:
         return None
-    signature = _SIGNATURE if data[2] & 1 else 0
-    return data[7] | data[8] << 8 | data[9] << 16 if len(data) == _HEADER + data[1] + _CRC + signature else None
+    return number_of(data) if size_at(data, 0) == len(data) else None
 
 
 def write_frame(layout: Any, sequence: int, system: int, component: int, *fields: Any) -> bytes:
@@ -60,7 +53,7 @@ def write_frame(layout: Any, sequence: int, system: int, component: int, *fields
     payload = payload.rstrip(b"\0") or payload[:1]
     number: int = layout.id
     frame = bytes(
-        (_START, len(payload), 0, 0, sequence, system, component, number & 0xFF, number >> 8 & 0xFF, number >> 16)
+        (V2, len(payload), 0, 0, sequence, system, component, number & 0xFF, number >> 8 & 0xFF, number >> 16)
     )
     frame += payload
-    return frame + _crc(frame[1:] + _EXTRA[layout.crc_extra]).to_bytes(2, "little")
+    return frame + crc(frame[1:] + EXTRA[layout.crc_extra]).to_bytes(2, "little")

@@ -9,8 +9,9 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.mavlink.facts import Sender
 from dob_companion.mavlink.makes import make_of
+from dob_companion.mavlink.outline import is_signed
 from dob_companion.mavlink.parser import forget_parsed, robust_parser
-from dob_companion.mavlink.signing import Signature, SigningGate, is_signed
+from dob_companion.mavlink.signing import Signature, SigningGate
 from dob_companion.mavlink.speaker import StreamRequest
 
 MOST_SAID = 1024

@@ -16,6 +16,20 @@ from hashlib import sha256
 
 from pymavlink.dialects.v20 import common as mav
 
+from dob_companion.mavlink.frame import EXTRA, crc
+from dob_companion.mavlink.outline import (
+    CHECKSUM,
+    KNOWN_FROM,
+    SIGNED,
+    V1,
+    V2,
+    checksum_of,
+    covered,
+    is_signed,
+    number_of,
+    size_at,
+)
+
 KEY_BYTES = 32
 TICK_S = 1e-5
 """Unit of a timestamp, counted from 2015-01-01 GMT."""
@@ -24,10 +38,9 @@ EPOCH_UNIX_S = 1_420_070_400
 OLDEST_NEW_STREAM = 6_000_000
 """A stream not heard before may lag our own timestamp by one minute, in ticks (the standard's rule)."""
 
-V1, V2 = 0xFE, 0xFD
-_SIGNED = 0x01
-_HEADER_V1, _HEADER_V2, _CRC, _SIGNATURE = 6, 10, 2, 13
 _LAST_TIMESTAMP = (1 << 48) - 1
+_AFTER = b"", bytes((V1,)), bytes((V2,))
+"""What may follow a frame: nothing, or another."""
 
 
 class Signature(StrEnum):
@@ -80,10 +93,9 @@ class SigningGate:
     def sign(self, message: bytes, now: int) -> bytes:
         """A packed MAVLink 2 message of ours with its signature; `now` is the clock in ticks, which may jump."""
         self.timestamp = min(max(now, self.timestamp + 1), _LAST_TIMESTAMP)
-        frame = bytearray(message[:-_CRC])
-        frame[2] |= _SIGNED
-        checksum = mav.x25crc(frame[1:] + bytes([mav.mavlink_map[_number(message)].crc_extra])).crc
-        frame += checksum.to_bytes(2, "little")
+        frame = bytearray(message[:-CHECKSUM])
+        frame[2] |= SIGNED
+        frame += crc(bytes(frame[1:]) + EXTRA[mav.mavlink_map[number_of(message)].crc_extra]).to_bytes(2, "little")
         frame += bytes([self._link_id]) + self.timestamp.to_bytes(6, "little")
         return bytes(frame) + self._signature(frame)
 
@@ -96,16 +108,16 @@ class SigningGate:
         know are left out: nobody behind us reads them."""
         at = 0
         while at < len(data):
-            size = _size(data, at)
+            size = size_at(data, at)
             if at + size > len(data) and not self._datagrams:
                 break  # the rest of it is still to come
             frame = data[at : at + size]
-            number = _number(frame) if len(frame) == size > 3 else None
+            number = number_of(frame) if len(frame) == size > KNOWN_FROM else None
             if number is None:
                 at += 1
             elif number not in mav.mavlink_map:
-                at += size if data[at + size : at + size + 1] in (b"", b"\xfd", b"\xfe") else 1
-            elif _checksum_holds(frame, mav.mavlink_map[number].crc_extra):
+                at += size if data[at + size : at + size + 1] in _AFTER else 1
+            elif crc(covered(frame) + EXTRA[mav.mavlink_map[number].crc_extra]) == checksum_of(frame):
                 yield frame
                 at += size
             else:
@@ -132,30 +144,3 @@ class SigningGate:
 
     def _signature(self, signed: bytes | bytearray) -> bytes:
         return sha256(self._key + signed).digest()[:6]
-
-
-def is_signed(frame: bytes) -> bool:
-    """Whether a whole frame bears a signature, of whatever key."""
-    return frame[0] == V2 and bool(frame[2] & _SIGNED)
-
-
-def _size(data: bytes, at: int) -> int:
-    """Size of the frame that begins at `at`; 1 where none begins, 3 while its header has not come."""
-    if data[at] not in (V1, V2):
-        return 1
-    if at + 3 > len(data):
-        return 3
-    if data[at] == V1:
-        return _HEADER_V1 + data[at + 1] + _CRC
-    return _HEADER_V2 + data[at + 1] + _CRC + (_SIGNATURE if data[at + 2] & _SIGNED else 0)
-
-
-def _number(frame: bytes) -> int:
-    """Number of the message in a whole frame."""
-    return frame[5] if frame[0] == V1 else frame[7] | frame[8] << 8 | frame[9] << 16
-
-
-def _checksum_holds(frame: bytes, crc_extra: int) -> bool:
-    end = len(frame) - (_SIGNATURE if is_signed(frame) else 0)
-    covered = frame[1 : end - _CRC] + bytes([crc_extra])
-    return bool(mav.x25crc(covered).crc == int.from_bytes(frame[end - _CRC : end], "little"))
