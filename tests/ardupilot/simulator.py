@@ -173,9 +173,9 @@ class Ground:
 
 
 @contextlib.contextmanager
-def companion(design: Path, directory: Path, *more: object) -> Iterator[subprocess.Popen]:
-    """`dob-companion run` on the vehicle's second port, its events in companion.jsonl, its flight recorded."""
-    command = [sys.executable, "-m", "dob_companion", "run", "--design", design, "--link", COMPANION_LINK, "--json"]
+def companion(design: Path, directory: Path, *more: object, link: str = COMPANION_LINK) -> Iterator[subprocess.Popen]:
+    """`dob-companion run` on the companion's port, its events in companion.jsonl, its flight recorded."""
+    command = [sys.executable, "-m", "dob_companion", "run", "--design", design, "--link", link, "--json"]
     with (directory / "companion.jsonl").open("a") as log:
         process = subprocess.Popen(
             [*map(str, (*command, *more))], cwd=ROOT, stdout=log, stderr=log, env=os.environ | {"PYTHONUNBUFFERED": "1"}

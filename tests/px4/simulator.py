@@ -9,6 +9,7 @@ import contextlib
 import os
 import shutil
 import subprocess
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,16 +23,18 @@ PARAMETERS = {
     "DOBC_EN": 1,
     "DOBC_LIMIT": 0.3,
     "DOBC_LIMIT_Y": 0.3,
-    "MIS_TAKEOFF_ALT": 20,
+    "MIS_TAKEOFF_ALT": 10,
     "COM_RC_IN_MODE": 4,  # no pilot's sticks
     "NAV_DLL_ACT": 0,
     "COM_CPU_MAX": -1,  # a busy machine is no reason not to arm here
     "SDLOG_MODE": -1,
-}
+} | {f"PWM_MAIN_FUNC{motor}": 0 for motor in (1, 2, 3, 4)}  # sih_disturbance drives them
 SENSE = {0: 160.0, 1: 160.0, 2: 13.33}
 """Angular acceleration, rad/s², when every motor is moved by all of its range in the sense of an axis: SIH_T_MAX 5 N,
 SIH_L_ROLL and _PITCH 0.2 m, SIH_Q_MAX 0.1 Nm, SIH_IXX and _IYY 0.025, SIH_IZZ 0.03 kg m², four motors."""
 AUTO, LOITER, TAKEOFF = 4, 3, 2
+AUX1 = 1 << 2
+"""The extension of MANUAL_CONTROL that is AUX 1."""
 
 
 class Sih:
@@ -80,13 +83,12 @@ def sih(program: Path, directory: Path, **more: float) -> Iterator[Sih]:
             env=os.environ | settings,
         )  # fmt: skip
         with contextlib.suppress(PermissionError):  # an autopilot does not wait for other programs
-            os.sched_setscheduler(process.pid, os.SCHED_RR, os.sched_param(5))
+            os.setpriority(os.PRIO_PROCESS, process.pid, -15)
         try:
             running = Sih(program, directory)
             running.wait()
-            running.install()
-            running.shell("pwm_out_sim", "stop")
             running.shell("sih_disturbance", "start")
+            running.install()
             yield running
         finally:
             process.terminate()
@@ -97,14 +99,25 @@ class Px4Ground(Ground):
     """The ground station, at PX4's port for one."""
 
     def __init__(self, log: Path) -> None:
+        self.stick: int | None = None
         super().__init__(log, GROUND)
+        self._sticks = threading.Thread(target=self._hold_sticks, daemon=True)
+        self._sticks.start()
+
+    def _hold_sticks(self) -> None:
+        """Sticks in the middle and AUX 1 at `stick`, ten times a second, unless that is None."""
+        while self._open:
+            if self.stick is not None:
+                more = (0,) * 6
+                self._link.mav.manual_control_send(1, 0, 0, 500, 0, 0, 0, AUX1, 0, 0, self.stick, *more[1:])
+            time.sleep(0.1)
 
     def disturb(self, accelerations: dict[int, float]) -> None:
         """Turn the vehicle about these axes, angular acceleration in rad/s²."""
         shares = [accelerations.get(axis, 0.0) / SENSE[axis] for axis in range(3)]
         self._link.mav.debug_vect_send(b"DOB_DIST", 0, *shares)
 
-    def fly(self, altitude_m: float = 20.0) -> None:
+    def fly(self, altitude_m: float = 10.0) -> None:
         """Arm as soon as the vehicle can, take off, wait until it hovers."""
         self.wait("heartbeat", lambda: "HEARTBEAT" in self.newest)
         self.wait("take-off mode", lambda: self._sub_mode() == TAKEOFF, nudge=lambda: self._auto(TAKEOFF))

@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A disturbance for PX4's simulated quadrotor (SIH), for tests only. It takes the place of pwm_out_sim: motor commands go
+// A disturbance for PX4's simulated quadrotor (SIH), for tests only. It takes the place of pwm_out_sim, which must have no
+// motors (PWM_MAIN_FUNC1 to 4: 0): motor commands go
 // to the simulator as they come from the control allocator, plus what a DEBUG_VECT "DOB_DIST" asks for: x, y, z = roll,
 // pitch, yaw, each as the share of full throttle by which every motor is moved in the sense of that axis.
+//
+// The simulator waits for motor commands after each of its steps. Where none come for 20 ms of wall time, while the rate
+// controller is restarted, all motors off is sent, or its clock would stand still.
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <thread>
 
 #include <drivers/drv_hrt.h>
 #include <px4_platform_common/log.h>
@@ -28,7 +35,11 @@ class SihDisturbance : public px4::WorkItem
 public:
 	SihDisturbance() : WorkItem("sih_disturbance", px4::wq_configurations::rate_ctrl) {}
 
-	bool init() { return _motors_sub.registerCallback(); }
+	bool init()
+	{
+		std::thread(&SihDisturbance::keep_going, this).detach();
+		return _motors_sub.registerCallback();
+	}
 
 private:
 	void Run() override
@@ -69,6 +80,26 @@ private:
 
 		out.timestamp = hrt_absolute_time();
 		_outputs_pub.publish(out);
+		_count++;
+	}
+
+	void keep_going()
+	{
+		uORB::Publication<actuator_outputs_s> outputs_pub{ORB_ID(actuator_outputs_sim)};
+		unsigned last = 0;
+
+		while (true) {
+			std::this_thread::sleep_for(std::chrono::milliseconds(20));
+			const unsigned count = _count;
+
+			if (count == last) {
+				actuator_outputs_s none{};
+				none.timestamp = hrt_absolute_time();
+				outputs_pub.publish(none);
+			}
+
+			last = count;
+		}
 	}
 
 	uORB::SubscriptionCallbackWorkItem _motors_sub{this, ORB_ID(actuator_motors)};
@@ -77,6 +108,7 @@ private:
 	uORB::Publication<actuator_outputs_s> _outputs_pub{ORB_ID(actuator_outputs_sim)};
 
 	actuator_armed_s _armed{};
+	std::atomic<unsigned> _count{0};
 	float _disturbance[3] {};
 };
 

@@ -209,7 +209,7 @@ void DobCorrection::say(const char *why, hrt_abstime now)
 	if (why != _said && now - _said_at >= SAY_EVERY) {
 		_said = why;
 		_said_at = now;
-		mavlink_log_info(&_text_pub, "DOBC: %s\t", why);
+		mavlink_log_info(&_text_pub, "DOBC: %s", why);
 	}
 }
 
@@ -236,7 +236,7 @@ static int start()
 
 	if (unfit) {
 		orb_advert_t text{nullptr};
-		mavlink_log_info(&text, "DOBC: %s\t", unfit);
+		mavlink_log_info(&text, "DOBC: %s", unfit);
 		return 1;
 	}
 
