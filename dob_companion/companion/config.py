@@ -1,12 +1,13 @@
 """The daemon's configuration: what is fixed for a run, as TOML text to a checked value."""
 
-import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from functools import partial
 from typing import Any
 
+from dob_companion import toml
 from dob_companion.companion.parameters import PARAMETERS, fits
-from dob_companion.errors import ConfigError, unknown_key
+from dob_companion.errors import ConfigError
 from dob_companion.mavlink import CORRECTION_MESSAGES, profiles
 from dob_companion.supervisor import RegimeLimits
 
@@ -27,8 +28,8 @@ class Recording:
     segments: int = 16
 
     def __post_init__(self) -> None:
-        for key, limits in RECORD_RANGES.items():
-            _number(f"record.{key}", getattr(self, key), *limits)
+        given = toml.Table("record", {key: getattr(self, key) for key in RECORD_RANGES}, None, ConfigError)
+        _numbers(given, RECORD_RANGES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,79 +58,45 @@ class CompanionConfig:
 
 def parse_config(text: str, source: str) -> CompanionConfig:
     """Read a configuration. Raises ConfigError, one line that names `source` and the key."""
-    try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError) as problem:
-        raise ConfigError(f"{source}: not TOML: {problem}") from None
-    _known(source, table, [key.name for key in fields(CompanionConfig)])
-    system = table.get("system")
-    if system is not None and not (type(system) is int and 1 <= system <= 255):
-        raise ConfigError(f"{source}: system is {system!r}, expected a whole number from 1 to 255")
-    profile = table.get("profile", profiles.AUTO)
-    if profile not in profiles.NAMES:
-        raise ConfigError(f"{source}: profile is {profile!r}, expected {' or '.join(profiles.NAMES)}")
-    message = table.get("correction_message")
-    if message is not None and message not in CORRECTION_MESSAGES:
-        raise ConfigError(f"{source}: correction_message is {message!r}, expected {' or '.join(CORRECTION_MESSAGES)}")
+    known = [key.name for key in fields(CompanionConfig)]
+    table = toml.Table(source, toml.read(text, source, ConfigError), known, ConfigError)
     return CompanionConfig(
-        system,
-        profile,
-        message,
-        _parameters(source, table.get("parameters", {})),
-        _path(source, table, "state_directory"),
-        _path(source, table, "signing_key_file"),
-        RegimeLimits(**_numbers(source, table, "regime", REGIME_RANGES)),
-        _recording(source, table),
+        system=int(table.within("system", 1, 255, whole=True)) if "system" in table else None,
+        profile=table.choice("profile", profiles.NAMES, profiles.AUTO),
+        correction_message=_message(table),
+        parameters=_parameters(table.open("parameters")) if "parameters" in table else {},
+        state_directory=_path(table, "state_directory"),
+        signing_key_file=_path(table, "signing_key_file"),
+        regime=RegimeLimits(
+            **_numbers(table.table("regime", REGIME_RANGES), REGIME_RANGES) if "regime" in table else {}
+        ),
+        record=_recording(table.table("record", ("dir", *RECORD_RANGES))) if "record" in table else Recording(),
     )
 
 
-def _path(source: str, table: Mapping[str, Any], key: str, prefix: str = "") -> str | None:
-    path = table.get(key)
-    if path is not None and not (isinstance(path, str) and path):
-        raise ConfigError(f"{source}: {prefix}{key} is {path!r}, expected a path")
-    return path
+def _message(table: toml.Table) -> str | None:
+    return table.choice("correction_message", CORRECTION_MESSAGES) if "correction_message" in table else None
 
 
-def _recording(source: str, table: Mapping[str, Any]) -> Recording:
-    numbers = _numbers(source, table, "record", RECORD_RANGES, "dir")
-    return Recording(_path(source, table.get("record", {}), "dir", "record."), **numbers)
+def _path(table: toml.Table, key: str) -> str | None:
+    return table.text(key, "a path") if key in table else None
 
 
-def _numbers(
-    source: str, table: Mapping[str, Any], name: str, ranges: Mapping[str, tuple[float, float, bool]], *others: str
-) -> dict[str, Any]:
-    """The numbers of the table `name`, which may hold `others` besides."""
-    inner = table.get(name, {})
-    if not isinstance(inner, dict):
-        raise ConfigError(f"{source}: {name}: expected a table")
-    _known(f"{source}: {name}", inner, (*ranges, *others))
-    for key in ranges.keys() & inner.keys():
-        _number(f"{source}: {name}.{key}", inner[key], *ranges[key])
-    return {key: inner[key] for key in ranges if key in inner}
+def _recording(table: toml.Table) -> Recording:
+    return Recording(_path(table, "dir"), **_numbers(table, RECORD_RANGES))
 
 
-def _number(where: str, value: object, low: float, high: float, whole: bool) -> None:
-    if isinstance(value, bool) or not isinstance(value, int if whole else int | float) or not low <= value <= high:
-        kind = "a whole number" if whole else "a number"
-        raise ConfigError(f"{where} is {value!r}, expected {kind} from {low:g} to {high:g}")
+def _numbers(table: toml.Table, ranges: Mapping[str, tuple[float, float, bool]]) -> dict[str, Any]:
+    return {
+        key: table.within(key, low, high, whole=whole) for key, (low, high, whole) in ranges.items() if key in table
+    }
 
 
-def _parameters(source: str, table: Any) -> dict[str, float]:
-    if not isinstance(table, dict):
-        raise ConfigError(f"{source}: parameters: expected a table")
+def _parameters(table: toml.Table) -> dict[str, float]:
     specs = {spec.name: spec for spec in PARAMETERS if not spec.read_only}
-    _known(f"{source}: parameters", table, specs)
-    for name, value in table.items():
-        spec = specs[name]
-        if isinstance(value, bool) or not isinstance(value, int | float) or not fits(spec, value):
-            kind = "a whole number" if spec.whole else "a number"
-            raise ConfigError(
-                f"{source}: parameters.{name} is {value!r}, expected {kind} from {spec.low:g} to {spec.high:g}"
-            )
-    return {name: float(value) for name, value in table.items()}
-
-
-def _known(where: str, table: Mapping[str, Any], keys: Iterable[str]) -> None:
-    for key in table:
-        if key not in keys:
-            raise ConfigError(f"{where}: {unknown_key(key, keys)}")
+    table.expect(specs)
+    return {
+        name: table.number(name, partial(fits, spec), toml.span(spec.low, spec.high, whole=spec.whole))
+        for name, spec in specs.items()
+        if name in table
+    }

@@ -79,7 +79,7 @@ def test_a_recording_of_a_profile_that_this_program_does_not_have_is_refused():
 def test_a_configuration_may_ask_for_a_profile_and_only_for_one_that_there_is():
     for name in profiles.NAMES:
         assert parse_config(f'profile = "{name}"', "c.toml").profile == name
-    with pytest.raises(ConfigError, match=r"c.toml: profile is 'rover', expected auto or sitl or ardupilot or px4"):
+    with pytest.raises(ConfigError, match=r"c.toml: profile: expected one of auto, sitl, ardupilot, px4, got 'rover'"):
         parse_config('profile = "rover"', "c.toml")
-    with pytest.raises(ConfigError, match=r"c.toml: profile is \[\]"):
+    with pytest.raises(ConfigError, match=r"c.toml: profile: expected .*, got \[\]"):
         parse_config("profile = []", "c.toml")

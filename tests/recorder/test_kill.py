@@ -96,7 +96,7 @@ def test_a_directory_that_cannot_be_written_is_one_line_and_exit_2(design, tmp_p
     assert "/proc/here" in finished.stderr.splitlines()[-1]
     finished = run_cli("run", "--design", design, "--record", tmp_path, "--record-segments", "1")
     assert finished.returncode == 2
-    assert "record.segments is 1" in finished.stderr.splitlines()[-1]
+    assert "record: segments: expected a whole number from 2 to 1e+06, got 1" in finished.stderr.splitlines()[-1]
 
 
 def test_the_configuration_says_where_to_record_and_the_command_line_goes_before_it(design, tmp_path):
@@ -109,4 +109,4 @@ def test_the_configuration_says_where_to_record_and_the_command_line_goes_before
         assert len(segments_in(tmp_path / directory)) == 1
     finished = run_cli("run", "--design", design, "--config", config, "--record-mb", "0.01")
     assert finished.returncode == 2
-    assert "record.mb is 0.01" in finished.stderr
+    assert "record: mb: expected a number from 0.1 to 1e+06, got 0.01" in finished.stderr

@@ -24,8 +24,8 @@ from dob_companion.synthesis.robust.bands import robust_bands
 from dob_companion.synthesis.robust.cells import Sample, disks, factor_system, first_cells, mode_root, samples
 from dob_companion.synthesis.robust.destabilize import all_pass, band_pass, destabilized
 from dob_companion.synthesis.robust.interconnection import interconnect
-from dob_companion.synthesis.spec.table import Table
 from dob_companion.synthesis.spec.uncertainty import ChannelUncertainty, Interval, Mode, Uncertainty, parse_uncertainty
+from dob_companion.toml import Table
 from tests.synthesis.paper import DT, PID, PLANT, W_D, W_N
 
 SPEC = Path(__file__).parents[2] / "examples" / "robust_pitch.toml"

@@ -10,7 +10,7 @@ from dob_companion.synthesis.plant.loop import close_loop
 from dob_companion.synthesis.plant.minimal import hidden_modes
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.spec.limits import LONGEST_DELAY, MOST_STATES
-from dob_companion.synthesis.spec.table import shown
+from dob_companion.toml import shown
 
 FASTEST_GROWTH = 2.0
 """A plant mode that more than doubles within one sample cannot be held by a loop of that rate."""

@@ -12,8 +12,8 @@ from dob_companion.synthesis.plant.loop import close_loop
 from dob_companion.synthesis.plant.models import from_data
 from dob_companion.synthesis.robust.analysis import SEED
 from dob_companion.synthesis.robust.cells import factor_system, samples
-from dob_companion.synthesis.spec.table import Table
 from dob_companion.synthesis.spec.uncertainty import parse_uncertainty
+from dob_companion.toml import Table
 
 Array = NDArray[np.float64]
 

@@ -20,8 +20,8 @@ from dob_companion.artifact import Certificate
 from dob_companion.errors import RefusedError
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.robust.analysis import Robustness, analyse, worth
-from dob_companion.synthesis.spec.table import Table
 from dob_companion.synthesis.spec.uncertainty import Uncertainty, parse_uncertainty
+from dob_companion.toml import Table
 
 SCALES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 """Scales tried first, upwards, until the worst case has grown twice in a row."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from dob_companion.errors import SpecError
 from dob_companion.synthesis.spec.limits import LONGEST_DELAY
-from dob_companion.synthesis.spec.table import Table, shown
+from dob_companion.toml import Table, shown
 
 KEYS = (
     "disturbance_band_hz",

@@ -8,8 +8,8 @@ import control as ct
 import numpy as np
 
 from dob_companion.errors import SpecError
-from dob_companion.synthesis.spec.table import shown
 from dob_companion.synthesis.spec.uncertainty import Uncertainty
+from dob_companion.toml import shown
 
 
 def discrete_system(value: Any, name: str) -> Any:

@@ -15,7 +15,7 @@ from scipy import sparse
 from scipy.io import loadmat
 
 from dob_companion.errors import InputError, SpecError
-from dob_companion.synthesis.spec.table import is_number, shown
+from dob_companion.toml import is_number, shown
 
 Reader = Callable[[str], bytes]
 """From a path as the spec writes it to the file's content; raises InputError when it cannot be read."""

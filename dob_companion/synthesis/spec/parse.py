@@ -4,17 +4,17 @@ Every complaint is a SpecError of one line that names the file and the key; an u
 with the nearest known one. `plant/models.py` turns the models below into state space.
 """
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from dob_companion import toml
 from dob_companion.artifact import AXES
 from dob_companion.errors import SpecError
 from dob_companion.synthesis.spec.auto import AutoSpec, parse_auto
 from dob_companion.synthesis.spec.limits import LONGEST_DELAY
 from dob_companion.synthesis.spec.model_file import Reader, with_model_files
-from dob_companion.synthesis.spec.table import Table, is_number, shown
 from dob_companion.synthesis.spec.uncertainty import Uncertainty, parse_uncertainty
+from dob_companion.toml import Table, is_number, shown
 
 METHODS = ("zoh", "foh", "tustin", "impulse")
 """Named ways from continuous to discrete time."""
@@ -121,11 +121,7 @@ def parse_spec(text: str, source: str = "spec.toml", read: Reader | None = None)
 
     Raises SpecError, one line that begins with `source`.
     """
-    try:
-        raw = tomllib.loads(text)
-    except (ValueError, RecursionError) as problem:
-        raise SpecError(f"{source}: not TOML: {problem}") from None
-    top = Table(source, with_model_files(raw, source, read), ("design", "block", "auto"))
+    top = Table(source, with_model_files(toml.read(text, source), source, read), ("design", "block", "auto"))
     head = top.table("design", ("rate_hz", "delay_samples", "gamma_backoff", "largest_order"))
     slow, fast = RATES_HZ
     rate = head.number("rate_hz", lambda x: slow <= x <= fast, f"a positive number of Hz, from {slow:g} to {fast:g}")

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 from dob_companion.errors import SpecError
 from dob_companion.synthesis.spec.limits import LONGEST_DELAY, MOST_DELAY_CASES
-from dob_companion.synthesis.spec.table import Table, shown
+from dob_companion.toml import Table, shown
 
 CHANNEL_KEYS = ("gain", "pole", "modes", "delay_samples", "frequency_hz", "multiplicative")
 SYNTHESES = ("robust", "nominal")
