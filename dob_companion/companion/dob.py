@@ -26,6 +26,7 @@ from dob_companion.supervisor import (
     Supervisor,
     Transition,
 )
+from dob_companion.supervisor.monitors import LATE
 
 SETTLING_TIMES = 5.0
 """Slowest modes of the observer that pass before its estimate counts: the zero state is then forgotten to 1 %."""
@@ -119,7 +120,7 @@ class DobLoop:
         return Figures(
             rate_hz=self.gate.rate.hz,
             delay_samples=self.gate.delay_median,
-            delay_p95_samples=self.gate.delay.percentile(0.95),
+            delay_p95_samples=self.gate.delay.percentile(LATE),
             round_trip_s=None if math.isnan(round_trip) else round_trip,
             d_hat=self.d_hat,
             stepped=counters.stepped,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from dob_companion.companion.samples import RESTART_US
 from dob_companion.mavlink import CommandAck, Input, StreamRequest
+from dob_companion.supervisor.monitors import FULL_RATE
 
 RETRY_S = 1.0
 """Wall time after which an unanswered request makes room for the next one."""
@@ -21,9 +22,6 @@ is looked at once a second, that is every 5 s."""
 
 WINDOW_S = 1.5
 """Least time over which a stream is counted: two looks, a second apart."""
-
-FULL_RATE = 0.95
-"""Share of the rate asked for below which a stream is too slow; one message of a window may be on its way."""
 
 
 class StreamRequests:
@@ -154,7 +152,7 @@ class WantedStreams:
 
     def _judge(self, stream: _Stream, passed: float) -> None:
         expected = passed / (1e-6 * stream.request.interval_us)
-        stream.lacking = stream.count < FULL_RATE * expected - 1.0
+        stream.lacking = stream.count < FULL_RATE * expected - 1.0  # one of the window may be on its way
         if not stream.lacking:
             self._requests.settle(stream.request)
             stream.told = False

@@ -14,9 +14,7 @@ from dob_companion.mavlink import Input
 from dob_companion.mavlink.profiles import AgeSource
 from dob_companion.mavlink.signing import Signature
 from dob_companion.supervisor import percentile
-
-FULL_RATE = 0.95
-"""Share of the design's rate that the companion needs before it injects."""
+from dob_companion.supervisor.monitors import FULL_RATE, LATE
 
 ONE_SAMPLE = (1, 3)
 """Link delay designed for and delay margin, in samples, that are assumed where no design is given."""
@@ -247,7 +245,7 @@ def _delay(heard: Listening, rate_hz: float, design: DobDesign | None) -> Iterat
         text = f"none of {heard.asked_time} TIMESYNC was answered: the delay is not known"
         yield Finding(Verdict.MISSING, "delay", text, "let TIMESYNC through to the autopilot (a router may keep it)")
     else:
-        median, p95 = (1e3 * percentile(heard.round_trips_s, share) for share in (0.5, 0.95))
+        median, p95 = (1e3 * percentile(heard.round_trips_s, share) for share in (0.5, LATE))
         samples = [1 + math.floor(1e-3 * ms * rate_hz) for ms in (median, p95)]
         text = (
             f"TIMESYNC round trip {median:.1f} ms in the median, {p95:.1f} ms at 95 %: corrections {samples[0]} and "

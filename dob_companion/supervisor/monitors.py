@@ -10,6 +10,12 @@ from dob_companion.supervisor.takeup import TakeUp
 WINDOW_US = 2_000_000
 """Rate and delay are judged over the last 2 s of vehicle time."""
 
+FULL_RATE, STILL_FULL = 0.95, 0.90
+"""Shares of a rate that count as that rate: before it is relied on, and once it is."""
+
+LATE = 0.95
+"""Share of the corrections that count: the latest of them are not waited for."""
+
 UNKNOWN_AGE = 255
 """Counted for a sample whose correction age the vehicle does not know: worse than any that may be injected with."""
 
@@ -37,7 +43,7 @@ class RateMonitor:
     @property
     def full(self) -> bool:
         """Whether nearly 2 s have been seen, so that the rate means something."""
-        return bool(self._stamps) and self._stamps[-1] - self._stamps[0] >= 0.95 * WINDOW_US
+        return bool(self._stamps) and self._stamps[-1] - self._stamps[0] >= FULL_RATE * WINDOW_US
 
     @property
     def hz(self) -> float:
@@ -201,7 +207,7 @@ class LinkGate:
 
     def judge(self, stamp_us: int) -> bool:
         """Judge the link at `stamp_us`; `why` then says what is wrong with it, if anything."""
-        self.takeup.allow(self.delay.percentile(0.95))
+        self.takeup.allow(self.delay.percentile(LATE))
         why = self._broken or self._complaint()
         good = self._hysteresis.update(stamp_us, not why)
         self.why = why if why else ("" if good else "link has not been good for long enough")
@@ -218,10 +224,10 @@ class LinkGate:
     def _complaint(self) -> str:
         if not self.rate.full:
             return "measuring the link"
-        share = 0.90 if self._hysteresis.good else 0.95
+        share = STILL_FULL if self._hysteresis.good else FULL_RATE
         if self.rate.hz < share * self._rate_hz:
             return f"rate {self.rate.hz:.0f} Hz below {share * self._rate_hz:.0f} Hz"
-        median, late = self.delay_median, self.delay.percentile(0.95)
+        median, late = self.delay_median, self.delay.percentile(LATE)
         if late >= UNKNOWN_AGE:
             return "vehicle reports no delay"
         if median > self.median_limit:
