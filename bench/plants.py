@@ -133,6 +133,8 @@ def _achieved(peer: Peer, plant: Plant) -> float | None:
         found = peer.solve(continuous, p + m, m)
     except GIVING_UP:
         return None
+    if found is None:
+        return None
     try:
         K = _to_discrete(found, P.dt)
     except np.linalg.LinAlgError:  # a pole at infinity

@@ -1,9 +1,7 @@
 """A campaign file and the options beside it, checked: TOML to `Campaign`; errors name file, key and expectation."""
 
 import re
-import tomllib
 from collections.abc import Callable, Mapping
-from difflib import get_close_matches
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -14,6 +12,7 @@ from dob_companion.errors import InputError as CompanionInputError
 from sitl.campaign.plan import Between, Campaign, Values
 from sitl.constants import DT
 from sitl.errors import InputError
+from sitl.scenario import tables
 from sitl.scenario.spec import AIRFRAMES, load
 
 LONGEST_DELAY = 20
@@ -27,12 +26,7 @@ def read(path: Path | None, options: Mapping[str, Any]) -> Campaign:
     """
     content: dict[str, Any] = {}
     if path is not None:
-        try:
-            content = tomllib.loads(path.read_text("utf-8"))
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: cannot be read as UTF-8 text: {error}") from None
-        except (ValueError, RecursionError) as error:  # also a number of 5000 digits, 3000 nested arrays
-            raise InputError(f"{path}: not TOML: {error}") from None
+        content = tables.read(path, InputError)
     return checked(content, path, options)
 
 
@@ -40,8 +34,7 @@ def checked(content: Mapping[str, Any], path: Path | None, options: Mapping[str,
     """A campaign from what a file at `path` holds, as `read` does it."""
     for key in content:
         if key not in KEYS:
-            nearest = get_close_matches(key, KEYS, 1, cutoff=0.5)
-            hint = f"did you mean {nearest[0]!r}?" if nearest else f"known: {', '.join(KEYS)}"
+            hint = tables.nearest(key, list(KEYS)) or f"known: {', '.join(KEYS)}"
             raise InputError(f"{path}: {key}: unknown key; {hint}")
     values = {}
     for key, (default, check) in KEYS.items():

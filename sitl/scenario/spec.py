@@ -1,6 +1,5 @@
 """Scenario files: TOML to frozen dataclasses, with errors that name file, key and what was expected."""
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +7,7 @@ from sitl.attitude import Vector
 from sitl.errors import ScenarioError
 from sitl.scenario.checks import Check, read_checks
 from sitl.scenario.events import Event, read_events
-from sitl.scenario.tables import AXES, Table, nearest
+from sitl.scenario.tables import AXES, Table, nearest, read
 from sitl.weather.gusts import Gust, Wind
 
 AIRFRAMES = ("linear", "tailsitter")
@@ -104,15 +103,7 @@ def load(name_or_path: str) -> Scenario:
 
 
 def _read(path: Path) -> Scenario:
-    try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"{path}: cannot be read as UTF-8 text: {error}") from None
-    try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # also a number of 5000 digits, 3000 nested arrays
-        raise ScenarioError(f"{path}: not TOML: {error}") from None
-    return _scenario(Table(str(path), "", table), path.stem)
+    return _scenario(Table(str(path), "", read(path)), path.stem)
 
 
 def _scenario(top: Table, name: str) -> Scenario:

@@ -1,13 +1,25 @@
 """TOML tables taken apart key by key, with errors that name file, key and what was expected."""
 
+import tomllib
 from difflib import get_close_matches
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
 from sitl.attitude import Vector
-from sitl.errors import ScenarioError
+from sitl.errors import InputError, ScenarioError
 
 AXES = ("roll", "pitch", "yaw")
+
+
+def read(path: Path, error: type[InputError] = ScenarioError) -> dict[str, Any]:
+    """A TOML file as Python values. Raises `error`, one line that names the file."""
+    try:
+        return tomllib.loads(path.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError) as trouble:
+        raise error(f"{path}: cannot be read as UTF-8 text: {trouble}") from None
+    except (ValueError, RecursionError) as trouble:  # also a number of 5000 digits, 3000 nested arrays
+        raise error(f"{path}: not TOML: {trouble}") from None
 
 
 class Table:

@@ -43,6 +43,10 @@ def test_a_peer_that_gives_up_is_counted_as_a_failure(trouble):
     assert plants._achieved(peer(trouble), all_plants()[0]) is None
 
 
+def test_a_peer_that_gives_nothing_is_counted_as_a_failure():
+    assert plants._achieved(plants.Peer("a solver", lambda *_: None), all_plants()[0]) is None
+
+
 @pytest.mark.parametrize("trouble", [TypeError("an argument is missing"), AttributeError("nstate"), KeyError("gain")])
 def test_a_fault_of_the_comparison_itself_is_not_counted_as_a_peers(trouble):
     with pytest.raises(type(trouble)):
