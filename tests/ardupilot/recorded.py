@@ -15,9 +15,9 @@ PIECES = {
 }
 
 
-def frames(piece):
+def frames(piece, folder=DATA):
     """(arrival s, frame) in order, both directions."""
-    data, at = (DATA / f"{piece}.tlog").read_bytes(), 0
+    data, at = (folder / f"{piece}.tlog").read_bytes(), 0
     while at < len(data):
         (micros,) = struct.unpack_from(">Q", data, at)
         signed = data[at + 10] & 1
@@ -26,10 +26,10 @@ def frames(piece):
         at = end
 
 
-def messages(piece, component=None):
+def messages(piece, component=None, folder=DATA):
     """Decoded messages, of one component or of all."""
     parser = mav.MAVLink(None)
-    for _, frame in frames(piece):
+    for _, frame in frames(piece, folder):
         message = parser.decode(bytearray(frame))
         if component in (None, message.get_srcComponent()):
             yield message

@@ -88,7 +88,7 @@ public:
 	// Time from the gyro sample to `now`, µs; -1: nothing of it acts any more.
 	float age_us(uint64_t now) const
 	{
-		return _heard && seconds(now, _received) <= HOLD_S + FADE_OUT_S ? 1e6f * seconds(now, _stamp) : -1.f;
+		return _heard && seconds(now, _received) <= HOLD_S + FADE_OUT_S ? static_cast<float>(now - _stamp) : -1.f;
 	}
 
 	static bool valid_limit(float limit) { return limit >= 0.f && limit <= LARGEST_LIMIT; }
