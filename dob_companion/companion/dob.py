@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.parameters import Parameters
-from dob_companion.companion.samples import Arrival, Inputs, Samples
+from dob_companion.companion.samples import AHEAD, Arrival, Arrived, Inputs, Samples, revisable
 from dob_companion.companion.status import Figures
 from dob_companion.companion.watch import Watch
 from dob_companion.mavlink import AppliedMoment, FlightState, GyroSample
 from dob_companion.mavlink.facts import Axes3
-from dob_companion.observer import ObserverBank
+from dob_companion.observer import GyroModel, ObserverBank, missing_samples
 from dob_companion.supervisor import (
     Conditions,
     CorrectionShaper,
@@ -64,7 +64,6 @@ class DobLoop:
         self.dt = design.dt
         self.gate = LinkGate(1.0 / design.dt, delay, p95 - delay)
         self.round_trip = RoundTrip()
-        self.samples = Samples(design.dt)
         self.watch = Watch(design, limits or RegimeLimits())
         self.supervisor = Supervisor()
         settings = parameters.settings
@@ -73,7 +72,10 @@ class DobLoop:
         self.answer: Answer | None = None
         self.closing = False
         self._parameters = parameters
-        self._observer = ObserverBank(design)
+        self.missing = missing_samples(design)
+        self._model = GyroModel(design, longest=AHEAD, revisable=revisable(self.missing))
+        self._observer = ObserverBank(design, revisable=revisable(self.missing))
+        self.samples = Samples(design.dt, self.missing, self._model.bridge)
         self._settling = math.ceil(max(SETTLING_TIMES * slowest, LEAST_SETTLING_S) / design.dt)
         self._settled = 0
         self._fault = ""
@@ -197,7 +199,9 @@ class DobLoop:
             self.shaper.drop()  # a vehicle that has started anew holds no correction that could be faded
             self._start_anew("vehicle clock jumped back")
         if arrived.arrival is Arrival.GAP:
+            self._fade_from_here(arrived)
             self._start_anew("gap in samples" if self.answer else "observer settling")
+            arrived = arrived._replace(finished=())
         for rates, moment in arrived.finished:
             self._observer.advance(rates, moment)
         estimate = self._observer.estimate(arrived.rates)
@@ -218,6 +222,8 @@ class DobLoop:
         if finished is None or answer is None:
             return
         self._finished = None
+        for rates, moment in finished:
+            self._model.advance(rates, moment)
         self.watch.echo.sent(answer.stamp_us, answer.correction)
         self.watch.finished(finished)
         self.gate.rate.add(answer.stamp_us)
@@ -237,7 +243,11 @@ class DobLoop:
         if not _finite(applied.moment):
             self._fail("applied moment not finite")
             return
-        if self.samples.moment(applied.stamp_us, applied.moment):
+        revisions = self.samples.moment(applied.stamp_us, applied.moment)
+        if revisions is not None:
+            for ago, change in revisions:
+                self._observer.revise(ago, change)
+                self._model.revise(ago, change)
             if inputs := self.samples.foreseen():
                 self._observer.foresee(*inputs)
             age = applied.age_samples
@@ -316,8 +326,18 @@ class DobLoop:
         if fault and self._wish and not self._fault:
             self._fault = fault
 
+    def _fade_from_here(self, gap: Arrived) -> None:
+        """A gap ends a correction; its fade begins from no more than what the samples on both sides of it make likely,
+        since what was sent last may be older than any estimate that could be answered for."""
+        for rates, moment in gap.finished:
+            self._observer.advance(rates, moment)
+        estimate = self._observer.estimate(gap.rates)
+        if gap.finished and _finite(estimate):
+            self.shaper.lower(estimate)
+
     def _start_anew(self, why: str) -> None:
         self._observer.reset()
+        self._model.reset()
         self.watch.start_anew()
         self._settled, self._data_why = 0, why
 

@@ -12,12 +12,18 @@ if their loop runs at 400 Hz, and links lose messages. So the observer has a gri
 Why this and not steps of the measured length: an observer designed in discrete time may have poles that no continuous
 system has (on the negative real axis, or at 0 after a delay), and then A^(h/dt) does not exist.
 
-What a lossy link makes of it: one missing message is bridged by the same line and mean, and counted; two in a row are
-a gap, after which the observer starts anew. A stamp that is not newer than the newest is a repeat or late, and never a
-step. A stamp more than a second older is a clock that has jumped.
+What a lossy link makes of it: up to a bound that follows from the design (`observer.missing`), samples that did not
+come are put in as the design's own model expects them, given what came before and the sample that ended the silence,
+and a moment is held. A moment that comes after its interval was finished with another one is no loss: the difference
+is told, and the observer put right. Beyond the bound it is a gap, after which the observer starts anew. A gyro stamp
+that is not newer than the newest is a repeat or late, and never a step. A stamp more than a second older is a clock
+that has jumped.
 """
 
+import math
 from bisect import insort
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
@@ -26,6 +32,7 @@ from typing import NamedTuple
 
 from dob_companion.companion.clocks import ClockCheck
 from dob_companion.mavlink.facts import Axes3
+from dob_companion.observer import Missing
 
 RESTART_US = 1_000_000
 """A stamp this much older than the newest is no late message but a restarted clock."""
@@ -33,11 +40,9 @@ RESTART_US = 1_000_000
 SNAP = 0.02
 """Share of dt within which a sample counts as lying on its grid point."""
 
-ONE_MISSING, GAP = 1.5, 2.6
-"""Intervals of gyro stamps, in dt, above which one sample is missing, and above which it is a gap."""
-
-STALE_MOMENT = 1.9
-"""Age of the newest moment at a grid point, in dt, above which more than one is missing."""
+WHOLE = 0.5
+"""Share of dt by which an interval of stamps, or the age of a moment, may be longer than whole samples: stamps in steps
+of 2.5 and 5 ms are not missing any."""
 
 AHEAD = 32
 """A moment stamped so many dt ahead of the newest gyro sample is of no use when that one's successor comes: between
@@ -45,6 +50,11 @@ them lies a gap."""
 
 MOST_MOMENTS = 64
 """Moments kept at most, the newest."""
+
+
+def revisable(missing: Missing) -> int:
+    """Finished intervals that a moment may still change: it comes that late, or there was a gap."""
+    return missing.moments + 2
 
 
 class Arrival(Enum):
@@ -73,9 +83,23 @@ class SampleCounters:
 Inputs = tuple[Axes3, Axes3]
 """One interval of the grid: rates at its begin (rad/s) and mean applied moment (normalized torque)."""
 
+_Interval = tuple[float, float, Axes3]
+"""A finished interval of the grid: its ends, µs, and the mean moment that it was finished with."""
+
+Revision = tuple[int, Axes3]
+"""So many intervals ago (0: the last finished) the mean moment was in truth larger by so much."""
+
+Bridge = Callable[[Axes3, Sequence[Axes3], Axes3, float], list[Axes3]]
+"""Rates at the begin, moments of the intervals, the sample after them, dt from the last end to it; gives the rates at
+each end (`GyroModel.bridge`)."""
+
 
 class Arrived(NamedTuple):
-    """A gyro sample taken in: what it is, the intervals that it completes, and the rates at the newest grid point."""
+    """A gyro sample taken in: what it is, the intervals that it completes, and the rates at the newest grid point.
+
+    After a gap these are the intervals of the gap, as far as something can be put in: good for a last estimate to fade
+    from, and nothing else.
+    """
 
     arrival: Arrival
     finished: tuple[Inputs, ...]
@@ -83,11 +107,15 @@ class Arrived(NamedTuple):
 
 
 class Samples:
-    """The grid of one vehicle."""
+    """The grid of one vehicle.
 
-    def __init__(self, dt: float) -> None:
+    `missing`: what may be missing before it is a gap; `bridge` puts in the rates of samples that did not come.
+    """
+
+    def __init__(self, dt: float, missing: Missing, bridge: Bridge) -> None:
         self.counters = SampleCounters()
         self.clocks = ClockCheck(dt)
+        self._missing, self._bridge = missing, bridge
         self._dt_us = 1e6 * dt
         self._tolerance_us = SNAP * self._dt_us
         self._newest: int | None = None
@@ -96,7 +124,8 @@ class Samples:
         self._grid_rates: Axes3 = (0.0, 0.0, 0.0)
         self._moments: list[tuple[int, Axes3]] = []
         self._newest_moment: int | None = None
-        self._bridged_last = False
+        self._finished: deque[_Interval] = deque(maxlen=revisable(missing))
+        self._owed = 0  # missing samples that have not been made up for, each by one that follows its predecessor
         self._spoilt = False
 
     @property
@@ -104,25 +133,25 @@ class Samples:
         """Stamp of the newest gyro sample; None before the first."""
         return self._newest
 
-    def moment(self, stamp_us: int, moment: Axes3) -> bool:
-        """Keep the moment that acts from a stamp on. False when it is late (its interval is done), a repeat, or far
-        ahead of the gyro."""
+    def moment(self, stamp_us: int, moment: Axes3) -> tuple[Revision, ...] | None:
+        """Keep the moment that acts from a stamp on. Returns what it changes in finished intervals.
+
+        None when it is a repeat, far ahead of the gyro, or older than another and stamped before the newest grid point.
+        """
         self.clocks.moment(stamp_us)
         if self._newest is not None and stamp_us > self._newest + AHEAD * self._dt_us:
             self.counters.early += 1
-            return False
+            return None
+        finished = self._newest is not None and stamp_us < self._grid - self._tolerance_us
         known = any(stamp == stamp_us for stamp, _ in self._moments)
-        if known or (self._newest is not None and stamp_us < self._grid - self._tolerance_us):
+        if known or (finished and stamp_us < (self._newest_moment or 0)):
             self.counters.late += 1
-            return False
-        previous = self._newest_moment
-        one_missing = previous is not None and ONE_MISSING < (stamp_us - previous) / self._dt_us <= GAP
-        self.counters.bridged += one_missing and not self._bridged_last  # a lost pair counts once
-        self._newest_moment = max(stamp_us, previous or 0)
+            return None
+        self._newest_moment = max(stamp_us, self._newest_moment or 0)
         self._forget()
         insort(self._moments, (stamp_us, moment), key=itemgetter(0))
         del self._moments[:-MOST_MOMENTS]
-        return True
+        return tuple(self._revised()) if finished else ()
 
     def foreseen(self) -> Inputs | None:
         """The next interval, if the next gyro sample completes it on time and brings no other moment with it."""
@@ -141,11 +170,14 @@ class Samples:
             self.counters.restarts += 1
             self._moments.clear()
             return self._begin(stamp_us, rates, Arrival.RESTART)
+        missing, moments_missing = self._samples_missing(previous, stamp_us), self._moments_missing()
+        owed = self._owed + missing if missing else max(0, self._owed - 1)
         finished = None if self._spoilt else self._finish(previous, stamp_us, rates)
-        if finished is None:
+        if finished is None or owed > self._missing.samples or moments_missing > self._missing.moments:
             self.counters.gaps += 1
-            return self._begin(stamp_us, rates, Arrival.GAP)
-        self._newest, self._rates = stamp_us, rates
+            return self._begin(stamp_us, rates, Arrival.GAP)._replace(finished=finished or ())
+        self.counters.bridged += missing > 0 or moments_missing > 0
+        self._newest, self._rates, self._owed = stamp_us, rates, owed
         self.counters.stepped += len(finished)
         return Arrived(Arrival.NEXT, finished, self._grid_rates)
 
@@ -173,35 +205,62 @@ class Samples:
     def _begin(self, stamp_us: int, rates: Axes3, arrival: Arrival) -> Arrived:
         self._newest, self._rates = stamp_us, rates
         self._grid, self._grid_rates = float(stamp_us), rates
-        self._moments = [(stamp, moment) for stamp, moment in self._moments if stamp >= stamp_us]
-        self._newest_moment, self._bridged_last, self._spoilt = None, False, False
+        self._finished.clear()
+        self._forget()
+        self._owed, self._spoilt = 0, False
         return Arrived(arrival, (), rates)
 
+    def _samples_missing(self, previous: int, stamp_us: int) -> int:
+        """Gyro samples that should have come between two stamps."""
+        return max(0, math.ceil((stamp_us - previous) / self._dt_us - WHOLE) - 1)
+
+    def _moments_missing(self) -> int:
+        """Moments that should have come since the one that acts at the newest grid point."""
+        acting = [stamp for stamp, _ in self._moments if stamp <= self._grid + self._tolerance_us]
+        return max(0, math.ceil((self._grid - acting[-1]) / self._dt_us - WHOLE)) if acting else 0
+
     def _finish(self, previous: int, stamp_us: int, rates: Axes3) -> tuple[Inputs, ...] | None:
-        """The intervals up to `stamp_us`; None when what would be needed for them is missing."""
-        interval = (stamp_us - previous) / self._dt_us
-        bridged = interval > ONE_MISSING
-        if interval > GAP or (bridged and self._bridged_last):
+        """The intervals up to `stamp_us`; None when no moment acts in them, or they are too many to put in."""
+        ends = self._points_to(stamp_us)
+        if len(ends) > AHEAD:
             return None
-        finished = []
-        while (end := self._next_point(stamp_us)) <= stamp_us:
-            moment = self._mean_moment(self._grid, end)
+        moments = []
+        for begin, end in pairwise([self._grid, *ends]):
+            moment = self._mean_moment(begin, end)
             if moment is None:
                 return None
+            moments.append(moment)
+        rates_at = self._rates_at(ends, moments, previous, stamp_us, rates)
+        finished = []
+        for end, moment, following in zip(ends, moments, rates_at, strict=True):
             finished.append((self._grid_rates, moment))
-            share = (end - previous) / (stamp_us - previous)
-            self._grid_rates = rates if end == stamp_us else _between(self._rates, rates, share)
-            self._grid = end
-        self._bridged_last = bridged
-        self.counters.bridged += bridged
+            self._finished.append((self._grid, end, moment))
+            self._grid, self._grid_rates = end, following
         return tuple(finished)
 
-    def _next_point(self, stamp_us: int) -> float:
-        point = self._grid + self._dt_us
-        return float(stamp_us) if abs(point - stamp_us) <= self._tolerance_us else point
+    def _rates_at(
+        self, ends: list[float], moments: list[Axes3], previous: int, stamp_us: int, rates: Axes3
+    ) -> list[Axes3]:
+        """Rates at the grid points up to a sample: on the line between two that follow each other, else put in."""
+        if (stamp_us - previous) / self._dt_us > 1.0 + WHOLE and ends:
+            return self._bridge(self._grid_rates, moments, rates, (stamp_us - ends[-1]) / self._dt_us)
+        shares = [(end - previous) / (stamp_us - previous) for end in ends]
+        return [rates if share == 1.0 else _between(self._rates, rates, share) for share in shares]
+
+    def _points_to(self, stamp_us: int) -> list[float]:
+        """Grid points after the newest, up to a stamp; the last is the stamp itself when that is near enough."""
+        points: list[float] = []
+        grid = self._grid
+        while len(points) <= AHEAD:
+            point = grid + self._dt_us
+            grid = float(stamp_us) if abs(point - stamp_us) <= self._tolerance_us else point
+            if grid > stamp_us:
+                break
+            points.append(grid)
+        return points
 
     def _mean_moment(self, begin: float, end: float) -> Axes3 | None:
-        """Time mean of the moment over an interval; None when too old a value, or none, acts at its begin."""
+        """Time mean of the moment over an interval, the newest one held; None when none acts at its begin."""
         at_begin, before_end = begin + self._tolerance_us, end - self._tolerance_us
         pieces: list[tuple[int, Axes3]] = []
         for piece in self._moments:  # in order of their stamps
@@ -209,15 +268,27 @@ class Samples:
                 pieces = [piece]
             elif pieces and piece[0] < before_end:
                 pieces.append(piece)
-        if not pieces or begin - pieces[0][0] > STALE_MOMENT * self._dt_us:
+        if not pieces:
             return None
         return pieces[0][1] if len(pieces) == 1 else _mean(pieces, begin, end)
 
+    def _revised(self) -> Iterator[Revision]:
+        """What the moments now known make of the finished intervals."""
+        for at, (begin, end, before) in enumerate(self._finished):
+            moment = self._mean_moment(begin, end)
+            if moment is not None and moment != before:
+                self._finished[at] = begin, end, moment
+                yield len(self._finished) - 1 - at, _difference(moment, before)
+
     def _forget(self) -> None:
-        """Drop the moments that no later interval can need."""
-        limit = self._grid + self._tolerance_us
-        acting = sum(stamp <= limit for stamp, _ in self._moments)
+        """Drop the moments that no interval can need, neither to come nor to be revised."""
+        oldest = self._finished[0][0] if self._finished else self._grid
+        acting = sum(stamp <= oldest + self._tolerance_us for stamp, _ in self._moments)
         del self._moments[: max(0, acting - 1)]
+
+
+def _difference(after: Axes3, before: Axes3) -> Axes3:
+    return after[0] - before[0], after[1] - before[1], after[2] - before[2]
 
 
 def _between(before: Axes3, after: Axes3, share: float) -> Axes3:

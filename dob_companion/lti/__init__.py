@@ -6,6 +6,8 @@
     response     G(e^{j angle}), its gain; spectral radius
     margins      delay and disk margin of a closed loop
     gramian      covariance of a stable system by doubling; the steady-state Kalman predictor
+    predictor    what a design expects of the next gyro samples, and of those between two that are known
+    loop         a vehicle with its observer, driven by the weights of its design
     filters      Butterworth sections
 
 Whatever needs more than numpy (norms by proof, conversion, balancing) is `synthesis`'; python-control's StateSpace is

@@ -34,11 +34,16 @@ def gramian(A: Array, B: Array) -> Array:
 
 
 def predictor_gain(A: Array, C: Array, B: Array, D: Array) -> Array:
-    """Gain K of the steady-state one-step predictor of x+ = A x + B w, y = C x + D w, w white of unit covariance.
+    """Gain K of the steady-state one-step predictor, see `predictor`."""
+    return predictor(A, C, B, D)[0]
 
-    x_hat+ = A x_hat + K (y - C x_hat). The Riccati difference equation iterated (Anderson and Moore, "Optimal
-    Filtering", 1979, chapter 4): numpy only, and it comes to rest for the detectable pairs that a certified design
-    has. Raises NotConvergedError when it does not.
+
+def predictor(A: Array, C: Array, B: Array, D: Array) -> tuple[Array, Array]:
+    """Gain K and error covariance P of the steady-state one-step predictor of x+ = A x + B w, y = C x + D w.
+
+    w is white of unit covariance; x_hat+ = A x_hat + K (y - C x_hat), P = cov(x - x_hat) before y is known. The Riccati
+    difference equation iterated (Anderson and Moore, "Optimal Filtering", 1979, chapter 4): numpy only, and it comes
+    to rest for the detectable pairs that a certified design has. Raises NotConvergedError when it does not.
     """
     P = np.eye(len(A))
     with np.errstate(over="ignore", invalid="ignore"):
@@ -49,6 +54,6 @@ def predictor_gain(A: Array, C: Array, B: Array, D: Array) -> Array:
             if not np.all(np.isfinite(following)):
                 break
             if np.allclose(following, P, rtol=RICCATI_RELATIVE, atol=RICCATI_ABSOLUTE):
-                return np.asarray(K, dtype=np.float64)
+                return np.asarray(K, dtype=np.float64), P
             P = 0.5 * (following + following.T)
     raise NotConvergedError(f"the Kalman predictor of a system of order {len(A)} does not come to rest")

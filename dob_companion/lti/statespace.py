@@ -82,6 +82,14 @@ def static(D: Array) -> ABCD:
     return ABCD(np.zeros((0, 0)), np.zeros((0, m)), np.zeros((p, 0)), D)
 
 
+def powers(A: Array, B: Array, count: int) -> Array:
+    """B, A B, A^2 B, …: shape (count, n, m)."""
+    out = np.empty((count, *B.shape))
+    for k in range(count):
+        out[k] = B if k == 0 else A @ out[k - 1]
+    return out
+
+
 def series(second: System, first: System) -> ABCD:
     """y = second(first(u))."""
     A = np.block([[second.A, second.B @ first.C], [np.zeros((len(first.A), len(second.A))), first.A]])

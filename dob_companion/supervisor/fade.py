@@ -41,13 +41,15 @@ class CorrectionShaper:
     def shape(self, d_hat: Axes3) -> Axes3:
         """The correction for a fresh, finite estimate."""
         if not self._holding:
-            (roll, pitch, yaw), g, limit = self.a, self.g, self._limit
-            self._held = (
-                roll * _clip(-g * d_hat[0], limit),
-                pitch * _clip(-g * d_hat[1], limit),
-                yaw * _clip(-g * d_hat[2], limit),
-            )
+            self._held = self._asked(d_hat)
         return self._faded()
+
+    def lower(self, d_hat: Axes3) -> None:
+        """What is held until the fade has ended is no more than this estimate asks for: each axis becomes the smaller
+        of both, zero where they disagree in sign."""
+        (roll, pitch, yaw), (r, p, y) = self._held, self._asked(d_hat)
+        self._held = _smaller(roll, r), _smaller(pitch, p), _smaller(yaw, y)
+        self._holding = True
 
     def hold(self) -> Axes3:
         """The correction without a trustworthy estimate: the last one, faded."""
@@ -58,6 +60,14 @@ class CorrectionShaper:
         """Zero at once: something was not finite, or the time for fading is over."""
         self.f, self._holding = 0.0, False
         self._held = (0.0, 0.0, 0.0)
+
+    def _asked(self, d_hat: Axes3) -> Axes3:
+        (roll, pitch, yaw), g, limit = self.a, self.g, self._limit
+        return (
+            roll * _clip(-g * d_hat[0], limit),
+            pitch * _clip(-g * d_hat[1], limit),
+            yaw * _clip(-g * d_hat[2], limit),
+        )
 
     def _faded(self) -> Axes3:
         if self.f == 0.0:
@@ -70,6 +80,12 @@ def _towards(value: float, target: float, step: float) -> float:
     if value == target:
         return value
     return min(value + step, float(target)) if value < target else max(value - step, float(target))
+
+
+def _smaller(one: float, other: float) -> float:
+    if one * other <= 0.0:
+        return 0.0
+    return one if abs(one) < abs(other) else other
 
 
 def _clip(value: float, limit: float) -> float:

@@ -19,7 +19,10 @@ def gain(value):
 
 
 def small_design(axes=("roll", "pitch", "yaw"), delay_samples=1, delay_margin=3):
-    """One block an axis, checkable by hand: d_hat(k+1) = 0.5 d_hat(k) + 0.5 (y_n(k) - u_e(k))."""
+    """One block an axis, checkable by hand: d_hat(k+1) = 0.5 d_hat(k) + 0.5 (y_n(k) - u_e(k)).
+
+    Its problem: y_n = u_e + d + 0.01 n with d(k+1) = 0.99 d(k) + 0.01 w(k), n and w white.
+    """
     certificate = Certificate(
         gamma=1.0,
         gamma_star=1.0,
@@ -40,7 +43,7 @@ def small_design(axes=("roll", "pitch", "yaw"), delay_samples=1, delay_margin=3)
             (axis,),
             delay_samples,
             observer,
-            Problem(gain(1.0), gain(0.1), gain(1.0), gain(1.0)),
+            Problem(gain(1.0), gain(0.1), StateSpaceData([[0.99]], [[0.01]], [[1.0]], [[0.0]]), gain(0.01)),
             certificate,
         )
         for axis in axes

@@ -93,7 +93,7 @@ class Campaign:
                 self._stamp -= int(self.rng.uniform(1.5e6, 5e6))
                 self.takeup.restart()
             case "vehicle clock jumps ahead":
-                self._stamp += int(self.rng.uniform(2e4, 2e6))
+                self._stamp += 4000 * int(self.rng.integers(5, 500))
         self._fault = kind
         self._seconds(lasts)
         self._fault = ""

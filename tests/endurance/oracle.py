@@ -1,14 +1,18 @@
 """What a correction may be, worked out again from the messages that arrived whole, without the companion's code.
 
-For `small_design` the observer can be written in one line, x <- (x + y_n - u_e) / 2 and d_hat = x, so the oracle
-carries x in plain numbers, and applies the rules of docs/interfaces.md by itself: one missing sample is bridged by a
-line (gyro) or held (moment), two are a gap after which x = 0 and nothing fresh may be sent for 25 samples. A
-correction is right when it is exactly zero, or f · clip(-x, ±limit) for x of just this stamp, or f times the last
-such value (a fade), with one f for all axes, 0 <= f <= 1, that has moved by no more than dt / ramp since the
-correction before.
+For `small_design` the observer can be written in one line, x <- (x + y_n - u_e) / 2 and d_hat = x, and so can what its
+model expects: y_n = u_e + d + n with a scalar d. The oracle carries both in plain numbers, and applies the rules of
+docs/interfaces.md by itself: samples that are missing are put in as the model expects them given both sides, a moment
+is held until the next and put right when one comes late; beyond the bounds it is a gap, after which x = 0 and nothing
+fresh may be sent for 25 samples. A correction is right when it is exactly zero, or f · clip(-x, ±limit) for x of just
+this stamp, or f times the last such value (a fade), with one f for all axes, 0 <= f <= 1, that has moved by no more
+than dt / ramp since the correction before. A fade after a gap begins from the smaller of that value and what the
+samples around the gap make likely.
 """
 
 import math
+
+from scipy.linalg import solve_discrete_are
 
 DT_US = 4000
 SETTLED = 25
@@ -16,6 +20,19 @@ STEP = 0.004 / 0.5
 LIMIT = 0.3
 TOLERANCE = 2e-6
 """Corrections travel in single precision, and x of before a gap is forgotten to 2^-25."""
+
+LONGEST_RUN = 8
+LONGEST_MOMENT = 10
+"""Samples, and moments, in a row that may be missing: the bounds of `small_design`, which a test holds."""
+
+REACH = 32
+"""Samples beyond which nothing is put in, not even for a fade."""
+
+POLE, DRIVE, NOISE = 0.99, 0.01, 0.01
+"""d(k+1) = POLE d + DRIVE w, n = NOISE v."""
+
+P = float(solve_discrete_are([[POLE]], [[1.0]], [[DRIVE**2]], [[NOISE**2]])[0, 0])
+KALMAN = POLE * P / (P + NOISE**2)
 
 
 class Oracle:
@@ -26,10 +43,15 @@ class Oracle:
         self.fresh = self.faded = self.zero = 0
         self._newest = None
         self._y = (0.0,) * 3
-        self._x = [0.0] * 3
         self._moments = {}
-        self._run, self._bridged, self._spoilt = 0, False, False
+        self._intervals = []  # (begin, rates) of those that a late moment may still change
+        self._base = ((0.0, 0.0),) * 3  # x and d before them, by axis
+        self._owed, self._spoilt, self._run = 0, False, 0
         self._f, self._held = 0.0, (0.0,) * 3
+
+    @property
+    def _x(self):
+        return [x for x, _ in self._now()]
 
     def gyro(self, stamp, y):
         """A gyro sample arrived."""
@@ -40,42 +62,86 @@ class Oracle:
             self._newest, self._spoilt, self._run = stamp, True, 0
             self._moments.clear()
             return
-        steps = (stamp - newest) / DT_US if newest is not None else math.inf
-        if self._spoilt or steps not in (1, 2) or (steps == 2 and self._bridged) or not self._follow(y, int(steps)):
-            self._x, self._run, self._spoilt = [0.0] * 3, 0, False
-            if newest is not None and stamp < newest:
-                self._moments.clear()
-            self._moments = {t: u for t, u in self._moments.items() if t >= stamp}
-            self._bridged = False
+        if newest is None or stamp < newest:
+            self._moments = {} if newest is not None else self._moments
+            self._begin()
         else:
-            self._bridged = steps == 2
+            self._next(y, round((stamp - newest) / DT_US))
         self._newest, self._y = stamp, y
         self._run += 1
 
-    def _follow(self, y, steps):
-        middle = tuple((a + b) / 2 for a, b in zip(self._y, y, strict=True))
-        x = self._x
-        for begin, rate in zip((self._newest, self._newest + DT_US), (self._y, middle), strict=True):
-            if begin == self._newest + steps * DT_US:
-                break
-            u = self._moments.get(begin, self._moments.get(begin - DT_US))
-            if u is None:
-                return False
-            x = [(a + b - c) / 2 for a, b, c in zip(x, rate, u, strict=True)]
-        self._x = x
-        return True
+    def _next(self, y, steps):
+        acting = self._acting(self._newest)
+        owed = self._owed + steps - 1 if steps > 1 else max(0, self._owed - 1)
+        bad = self._spoilt or acting is None or steps > REACH
+        if bad or owed > LONGEST_RUN or self._newest - acting > LONGEST_MOMENT * DT_US:
+            if not bad:
+                self._put_in(y, steps)
+                self._held = tuple(map(_smaller, self._held, self._clipped()))
+            self._begin()
+        else:
+            self._put_in(y, steps)
+            self._owed = owed
+
+    def _begin(self):
+        self._intervals, self._base = [], ((0.0, 0.0),) * 3
+        self._run, self._owed, self._spoilt = 0, 0, False
+
+    def _put_in(self, y, steps):
+        """The intervals from the newest sample to the one that has come, `steps` later."""
+        begins = [self._newest + k * DT_US for k in range(steps)]
+        moments = [self._moments[self._acting(begin)] for begin in begins]
+        rates = [self._y]
+        spread = [P]
+        for _ in range(steps - 1):
+            spread.append(POLE**2 * spread[-1] + DRIVE**2)
+        foreseen = []
+        for axis, (_, before) in enumerate(self._now()):
+            d = POLE * before + KALMAN * (self._y[axis] - moments[0][axis] - before)
+            foreseen.append([moments[min(k, steps - 1)][axis] + POLE ** (k - 1) * d for k in range(1, steps + 1)])
+        for k in range(1, steps):
+            share = POLE ** (steps - k) * spread[k - 1] / (spread[-1] + NOISE**2)
+            rates.append(tuple(f[k - 1] + share * (y[axis] - f[-1]) for axis, f in enumerate(foreseen)))
+        self._intervals += zip(begins, rates, strict=True)
+        kept = LONGEST_MOMENT + 2
+        self._base = self._now(self._intervals[:-kept])
+        del self._intervals[:-kept]
+
+    def _now(self, intervals=None):
+        """x and d after the intervals, by axis."""
+        found = []
+        for axis, state in enumerate(self._base):
+            x, d = state
+            for begin, rates in self._intervals if intervals is None else intervals:
+                u = self._moments[self._acting(begin)][axis]
+                x, d = (x + rates[axis] - u) / 2, POLE * d + KALMAN * (rates[axis] - u - d)
+            found.append((x, d))
+        return tuple(found)
+
+    def _acting(self, begin):
+        """Stamp of the moment that acts from `begin` on; None when none is known."""
+        return max((stamp for stamp in self._moments if stamp <= begin), default=None)
 
     def moment(self, stamp, u):
         """An applied moment arrived."""
-        if self._newest is None or stamp >= self._newest:
+        newest = self._newest
+        if newest is not None and stamp > newest + REACH * DT_US:
+            return
+        if newest is None or stamp >= newest or stamp > max(self._moments, default=-1):
             self._moments.setdefault(stamp, u)
-        for old in [t for t in self._moments if self._newest is not None and t < self._newest - 3 * DT_US]:
+        oldest = self._intervals[0][0] if self._intervals else newest
+        acting = None if oldest is None else self._acting(oldest)
+        for old in [t for t in self._moments if acting is not None and t < acting]:
             del self._moments[old]
 
     def spoil(self):
         """An applied moment that is not finite arrived: all is forgotten."""
         self._spoilt, self._run = True, 0
         self._moments.clear()
+        self._intervals.clear()
+
+    def _clipped(self):
+        return tuple(min(max(-x, -LIMIT), LIMIT) for x in self._x)
 
     def correction(self, stamp, c):
         """A correction left: is there a way to it from good data?"""
@@ -83,7 +149,7 @@ class Oracle:
             self.zero += 1
             self._f = 0.0
             return
-        fresh = tuple(min(max(-x, -LIMIT), LIMIT) for x in self._x)
+        fresh = self._clipped()
         if stamp == self._newest and self._run >= SETTLED and not self._spoilt and self._is(c, fresh):
             self.fresh += 1
             self._held = fresh
@@ -106,3 +172,9 @@ class Oracle:
         if right:
             self._f = f
         return right
+
+
+def _smaller(one, other):
+    if one * other <= 0.0:
+        return 0.0
+    return min(one, other, key=abs)

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from dob_companion.mavlink.codec import Codec
+from dob_companion.observer import missing_samples
+from tests.companion.aircraft import small_design
 from tests.companion.takeup import TakeUp
 from tests.endurance.campaign import KINDS, Campaign
-from tests.endurance.oracle import Oracle
+from tests.endurance.oracle import LONGEST_MOMENT, LONGEST_RUN, Oracle
 from tests.endurance.processes import full_disk, killed
 
 SLOWEST_RECOVERY_S = 6.0
@@ -25,6 +27,10 @@ def judged(campaign):
 
 def test_a_minute_of_faults_makes_no_correction_from_bad_data():
     judged(Campaign(2).fly(60.0))
+
+
+def test_the_oracle_knows_the_bounds_of_its_design():
+    assert missing_samples(small_design()) == (LONGEST_RUN, LONGEST_MOMENT)
 
 
 @pytest.mark.proof

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.artifact import AXES, DobDesign
+from dob_companion.lti.statespace import powers
 
 Vector = NDArray[np.float64]
 Axes3 = tuple[float, float, float]
@@ -20,9 +21,10 @@ class ObserverBank:
     may be worked out as soon as u_e(k) is known (`foresee`); what is left to an answer is D_y y_n.
     """
 
-    __slots__ = ("_A", "_B", "_C", "_Cx", "_D_y", "_foreseen", "_x", "covered")
+    __slots__ = ("_A", "_B", "_C", "_Cx", "_D_y", "_foreseen", "_late", "_x", "covered")
 
-    def __init__(self, design: DobDesign) -> None:
+    def __init__(self, design: DobDesign, *, revisable: int = 0) -> None:
+        """`revisable`: so many steps may be revised, see `revise`."""
         order = sum(block.observer.order for block in design.blocks)
         self._A, self._B = np.zeros((order, order)), np.zeros((order, 6))
         self._C, D_y = np.zeros((3, order)), np.zeros((3, 3))
@@ -42,6 +44,7 @@ class ObserverBank:
         self._x: Vector = np.zeros(order)
         self._Cx: Axes3 = (0.0, 0.0, 0.0)
         self._foreseen: _Step | None = None
+        self._late = powers(self._A, self._B[:, 3:], revisable)
 
     def estimate(self, y_n: Axes3) -> Axes3:
         """d_hat of the sample whose gyro rates are `y_n`; the state stays."""
@@ -60,6 +63,15 @@ class ObserverBank:
     def foresee(self, y_n: Axes3, u_e: Axes3) -> None:
         """Work out ahead what `advance` with these inputs does. With others it works that out anew."""
         self._foreseen = self._step(y_n, u_e)
+
+    def revise(self, ago: int, change: Axes3) -> None:
+        """The u_e of a step already finished was off by `change`, three normalized torques: put the state right.
+
+        `ago` counts the steps finished since: 0 is the last. The state is what it would be, had u_e been known.
+        """
+        self._x = self._x + self._late[ago] @ np.array(change)
+        roll, pitch, yaw = (self._C @ self._x).tolist()
+        self._Cx, self._foreseen = (roll, pitch, yaw), None
 
     def reset(self) -> None:
         """Forget everything: the zero state."""

@@ -1,0 +1,78 @@
+"""What a design expects of the next gyro samples: its plant, disturbance and noise as one Kalman predictor."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dob_companion.lti.gramian import predictor
+from dob_companion.lti.statespace import System
+
+Array = NDArray[np.float64]
+
+
+class Weighted(Protocol):
+    """y_n = G (u_e + W_d w_d) + W_n w_n with w_d, w_n white of unit covariance."""
+
+    @property
+    def plant(self) -> System: ...  # noqa: D102
+    @property
+    def disturbance_weight(self) -> System: ...  # noqa: D102
+    @property
+    def noise_weight(self) -> System: ...  # noqa: D102
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Predictor:
+    """x+ = A x + B u_e + B_w w, y_n = C x + D u_e + D_w w; x_hat+ = A x_hat + B u_e + K (y_n - C x_hat - D u_e).
+
+    P is the steady covariance of x - x_hat before y_n is known. p rates, m moments, n states: A (n, n), B (n, m),
+    B_w (n, w), C (p, n), D (p, m), D_w (p, w), K (n, p).
+    """
+
+    A: Array
+    B: Array
+    B_w: Array
+    C: Array
+    D: Array
+    D_w: Array
+    K: Array
+    P: Array
+
+    @classmethod
+    def of(cls, problem: Weighted) -> "Predictor":
+        """The predictor of a design's problem. Raises NotConvergedError when its Riccati equation has no rest."""
+        plant, w_d, w_n = problem.plant, problem.disturbance_weight, problem.noise_weight
+        n, d, v, k = len(plant.A), len(w_d.A), len(w_n.A), w_d.D.shape[1]
+        A = np.zeros((n + d + v, n + d + v))
+        A[:n, :n], A[:n, n : n + d] = plant.A, plant.B @ w_d.C
+        A[n : n + d, n : n + d], A[n + d :, n + d :] = w_d.A, w_n.A
+        B_w = np.zeros((n + d + v, k + w_n.D.shape[1]))
+        B_w[:n, :k], B_w[n : n + d, :k], B_w[n + d :, k:] = plant.B @ w_d.D, w_d.B, w_n.B
+        C, D_w = np.hstack([plant.C, plant.D @ w_d.C, w_n.C]), np.hstack([plant.D @ w_d.D, w_n.D])
+        B: Any = np.vstack([plant.B, np.zeros((d + v, plant.B.shape[1]))])
+        K, P = predictor(A, C, B_w, D_w)
+        return cls(A, B, B_w, C, np.asarray(plant.D), D_w, K, P)
+
+    def bridging(self, steps: int) -> list[Array]:
+        """How much of the surprise at the sample after next `steps` samples belongs to each one before it.
+
+        Without gyro samples the rates are foreseen as r_1, r_2, …; when the one at `steps` then comes and is off by e,
+        the best that can be said of sample i is r_i + W_i e with W_i = cov(y_i, y_steps) cov(y_steps)^-1 (conditional
+        expectation of a Gaussian; that of a fixed-interval smoother, Anderson and Moore, "Optimal Filtering", 1979,
+        chapter 7). Returns W_1 … W_steps, each (p, p), the last the identity.
+        """
+        covariances, P = [], self.P
+        for _ in range(steps):
+            covariances.append(P)
+            P = self.A @ P @ self.A.T + self.B_w @ self.B_w.T
+        last = covariances[-1]
+        inverse = np.linalg.inv(self.C @ last @ self.C.T + self.D_w @ self.D_w.T)
+        weights = [np.eye(len(self.C))]
+        reach = self.C  # C A^(steps - i - 1)
+        for P in reversed(covariances[:-1]):
+            cross = reach @ (self.A @ P @ self.C.T + self.B_w @ self.D_w.T)  # cov(y_steps, y_i)
+            weights.append(cross.T @ inverse)
+            reach = reach @ self.A
+        return weights[::-1]

@@ -1,0 +1,7 @@
+"""The observer as it flies, the design's own model of the gyro beside it, and what may be missing between samples."""
+
+from dob_companion.observer.bank import ObserverBank
+from dob_companion.observer.missing import Missing, missing_samples
+from dob_companion.observer.model import GyroModel
+
+__all__ = ["GyroModel", "Missing", "ObserverBank", "missing_samples"]

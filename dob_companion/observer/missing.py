@@ -1,0 +1,156 @@
+"""How much may be missing between two samples before an estimate is worth too little to correct with.
+
+A design foresees the size of its own error: d - z^-tau d_hat in its loop, driven by the disturbance and noise that it
+was made for. What stands in the place of missing samples (`GyroModel.bridge`, a moment that is held) adds to it; the
+difference from an observer with complete data is Gaussian, with a covariance that follows from the same loop. The
+bound: the longest run of missing samples by which the root mean square of the whole error at most doubles, then or at
+any sample after.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dob_companion.artifact import DobDesign, Problem
+from dob_companion.lti.gramian import gramian
+from dob_companion.lti.loop import weighted_loop
+from dob_companion.lti.predictor import Predictor
+from dob_companion.lti.statespace import System
+
+Array = NDArray[np.float64]
+
+LONGEST_S = 0.1
+"""A vehicle holds a correction for so long (docs/interfaces.md, Taking up a correction)."""
+
+MOST = 30
+"""Samples that are ever bridged, at rates at which 0.1 s would be more."""
+
+LEAST = 1
+"""One missing sample is always borne, since no link is without, even where a very fast design says 0."""
+
+GROWTH = 2.0
+"""The root mean square of the estimation error may become so many times what it is with complete data."""
+
+
+AFTERWARDS = 25
+"""Samples after the missing ones within which the error that they leave behind is at its largest."""
+
+
+class Missing(NamedTuple):
+    """Samples in a row that may be missing: of gyro and moment together, and of the moment alone."""
+
+    samples: int
+    moments: int
+
+
+class _Block(Protocol):
+    @property
+    def problem(self) -> Problem: ...
+    @property
+    def observer(self) -> System: ...
+    @property
+    def delay_samples(self) -> int: ...
+
+
+def longest(dt: float) -> int:
+    """Samples in a row that are ever bridged at a sample time of dt, in s."""
+    return min(MOST, max(1, round(LONGEST_S / dt)))
+
+
+def missing_samples(design: DobDesign) -> Missing:
+    """The bounds of a design: those of its weakest block."""
+    each = [missing_in(block, longest(design.dt)) for block in design.blocks]
+    return Missing(min(bound.samples for bound in each), min(bound.moments for bound in each))
+
+
+def missing_in(block: _Block, most: int) -> Missing:
+    """The bounds of one block, at most `most`. Raises NotConvergedError or LinAlgError for a loop that is unstable."""
+    flight = _Flight(block, most + 2)
+    allowed = np.sqrt(GROWTH**2 - 1.0) * flight.error_rms
+    return Missing(
+        _longest_run(lambda missing: bool(np.all(flight.without_pairs(missing) <= allowed)), most),
+        _longest_run(lambda missing: bool(np.all(flight.without_moments(missing) <= allowed)), most),
+    )
+
+
+def _longest_run(bearable: Callable[[int], bool], most: int) -> int:
+    return max(LEAST, next((missing for missing in range(most) if not bearable(missing + 1)), most))
+
+
+class _Flight:
+    """Some samples of the design's loop and predictor in their steady state, as linear maps of one white vector.
+
+    The root mean square of any linear combination is then the norm of its row. Samples are counted from 0, the last
+    that is known before something is missing.
+    """
+
+    def __init__(self, block: _Block, samples: int) -> None:
+        problem, observer = block.problem, block.observer
+        self._observer = observer
+        self._predictor = predictor = Predictor.of(problem)
+        loop = weighted_loop(
+            problem.plant,
+            problem.controller,
+            observer,
+            problem.disturbance_weight,
+            problem.noise_weight,
+            block.delay_samples,
+        )
+        n, k, w = len(loop.A), len(predictor.A), loop.B.shape[1]
+        (C_y, D_y), (C_u, D_u), (C_e, D_e) = loop.y_n, loop.u_e, loop.error
+        K, F = predictor.K, predictor.A - predictor.K @ predictor.C
+        G = predictor.B - K @ predictor.D
+        A = np.block([[loop.A, np.zeros((n, k))], [G @ C_u + K @ C_y, F]])
+        B = np.vstack([loop.B, G @ D_u + K @ D_y])
+        steady = gramian(A, B)
+        self.error_rms = np.sqrt(np.diag(C_e @ steady[:n, :n] @ C_e.T + D_e @ D_e.T))
+        size = n + k + samples * w
+        state = np.hstack([_root(steady), np.zeros((n + k, samples * w))])
+        self._x_hat = state[n:]
+        self._y, self._u = [], []
+        for sample in range(samples):
+            white = np.zeros((w, size))
+            white[:, n + k + sample * w : n + k + (sample + 1) * w] = np.eye(w)
+            self._y.append(C_y @ state[:n] + D_y @ white)
+            self._u.append(C_u @ state[:n] + D_u @ white)
+            state = A @ state + B @ white
+
+    def without_pairs(self, missing: int) -> Array:
+        """RMS of what is added to d_hat when gyro and moment of samples 1 … `missing` do not come."""
+        end = missing + 1
+        rates, held = self._bridged(end), self._u[0]
+        return self._added([(rates[k] - self._y[k], held - self._u[k]) for k in range(end)])
+
+    def without_moments(self, missing: int) -> Array:
+        """RMS of what is added to d_hat when the moments of samples 1 … `missing` do not come."""
+        held = self._u[0]
+        return self._added([(0.0 * self._y[k], held - self._u[k]) for k in range(missing + 1)])
+
+    def _added(self, errors: list[tuple[Array, Array]]) -> Array:
+        x = np.zeros((len(self._observer.A), self._y[0].shape[1]))
+        for rates, moments in errors:
+            x = self._observer.A @ x + self._observer.B @ np.vstack([rates, moments])
+        largest = np.zeros(len(self._observer.C))
+        for _ in range(AFTERWARDS):
+            largest = np.maximum(largest, np.linalg.norm(self._observer.C @ x, axis=1))
+            x = self._observer.A @ x
+        return largest
+
+    def _bridged(self, end: int) -> list[Array]:
+        """The rates of samples 0 … end as they are put in when those between do not come."""
+        p, held = self._predictor, self._u[0]
+        x = p.A @ self._x_hat + p.B @ held + p.K @ (self._y[0] - p.C @ self._x_hat - p.D @ held)
+        foreseen = []
+        for _ in range(end):
+            foreseen.append(p.C @ x + p.D @ held)
+            x = p.A @ x + p.B @ held
+        surprise = self._y[end] - foreseen[-1]
+        return [self._y[0]] + [y + W @ surprise for y, W in zip(foreseen, p.bridging(end), strict=True)]
+
+
+def _root(P: Array) -> Array:
+    """R with R R' = P, for P symmetric and positive semidefinite up to rounding."""
+    values, vectors = np.linalg.eigh(P)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
