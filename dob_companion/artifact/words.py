@@ -17,6 +17,8 @@ _ROWS = (
     ("disk_margin", "disk margin", ".3f"),
     ("delay_margin_samples", "delay margin, samples", "d"),
     ("estimation_bandwidth_hz", "estimation bandwidth, Hz", ".2f"),
+    ("missing_samples", "missing samples borne", "d"),
+    ("missing_moments", "missing moments borne", "d"),
 )
 
 
@@ -31,7 +33,7 @@ def certificate_table(head: str, observers: Iterable[tuple[str, int, Certificate
     columns = []
     for name, order, certificate in observers:
         values = certificate_object(certificate) | {"order": order}
-        columns.append([name, *(_number(values[key], form) for key, _, form in _ROWS)])
+        columns.append([name, *(_number(values.get(key), form) for key, _, form in _ROWS)])
     labels = [head, *(label for _, label, _ in _ROWS)]
     widths = [max(map(len, column)) for column in (labels, *columns)]
     lines = []
@@ -47,7 +49,9 @@ def design_table(design: DobDesign) -> str:
     return certificate_table(head, ((block.name, block.observer.order, block.certificate) for block in design.blocks))
 
 
-def _number(value: float, form: str) -> str:
-    """In the form of its row, unless that would show no digit of it or too many."""
+def _number(value: float | None, form: str) -> str:
+    """In the form of its row, unless that would show no digit of it or too many; "-" for what a file does not hold."""
+    if value is None:
+        return "-"
     small = form.endswith("f") and value != 0.0 and not 1e-3 <= abs(value) < 1e7
     return format(value, ".4e" if small else form)

@@ -8,11 +8,13 @@ from enum import Enum
 import numpy as np
 
 from dob_companion.artifact import DobDesign
+from dob_companion.companion.samples import WHOLE
 from dob_companion.doctor.listening import Listening
 from dob_companion.doctor.streamlog import StreamLog
 from dob_companion.mavlink import Input
 from dob_companion.mavlink.profiles import AgeSource
 from dob_companion.mavlink.signing import Signature
+from dob_companion.observer import missing_samples
 from dob_companion.supervisor import percentile
 from dob_companion.supervisor.monitors import FULL_RATE, LATE
 
@@ -60,7 +62,7 @@ def diagnose(heard: Listening, design: DobDesign | None) -> Diagnosis:
         findings += [
             *_requests(heard),
             *_inputs(heard, rate_hz),
-            *_stamps(heard),
+            *_stamps(heard, design),
             *_delay(heard, rate_hz, design),
             *_signs(heard, design),
             *_profile(heard, rate_hz),
@@ -206,7 +208,7 @@ def _how_to_speed_up(heard: Listening) -> str:
     return f"{own}; " * bool(own) + "921600 baud or UDP, a link of its own, fewer other streams on it"
 
 
-def _stamps(heard: Listening) -> Iterator[Finding]:
+def _stamps(heard: Listening, design: DobDesign | None) -> Iterator[Finding]:
     for name in _inputs_of(heard):
         stream = heard.stream(name)
         if stream is None or not stream.stamped:
@@ -215,13 +217,32 @@ def _stamps(heard: Listening) -> Iterator[Finding]:
         for count, what in ((stream.gaps, "gaps"), (stream.backward, "stamps that do not increase")):
             if count > NOTABLE_SHARE * len(stream.stamps):
                 text = f"{name}: {count} {what} in {len(stream.stamps)}"
-                yield Finding(Verdict.NOTE, "stamps", text, "a lossy or overfull link; bridged one at a time")
+                yield Finding(
+                    Verdict.NOTE, "stamps", text, "a lossy or overfull link, or a vehicle that sends in steps"
+                )
+    if design:
+        yield from _silences(heard, design)
     if heard.clocks.why:
         remedy = "stamp both with the time of the gyro sample (docs/interfaces.md, the vehicle)"
         yield Finding(Verdict.MISSING, "clock", heard.clocks.why, remedy)
     gyro = heard.stream(_inputs_of(heard)[0])
     if gyro is not None and gyro.stamped:
         yield from _drift(gyro)
+
+
+def _silences(heard: Listening, design: DobDesign) -> Iterator[Finding]:
+    """The longest silence of each stream, beside what the design bears of it."""
+    for name, borne in zip(_inputs_of(heard), missing_samples(design), strict=True):
+        stream = heard.stream(name)
+        if stream is None or not stream.stamped:
+            continue
+        longest, allowed = float(np.max(stream.intervals_ms)), 1e3 * design.dt * (borne + 1 + WHOLE)
+        text = f"{name}: longest {longest:.3g} ms; the design bears {borne} missing in a row, {allowed:.3g} ms"
+        too_long = int(np.sum(stream.intervals_ms > allowed))
+        if too_long:
+            text += f"; {too_long} times longer, a fade each time"
+        remedy = "a lossy or overfull link, or a vehicle that sends too rarely" if too_long else ""
+        yield Finding(Verdict.NOTE if too_long else Verdict.OK, "silence", text, remedy)
 
 
 def _drift(stream: StreamLog) -> Iterator[Finding]:

@@ -13,10 +13,10 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.artifact import DobDesign, Problem
+from dob_companion.artifact import DobDesign
 from dob_companion.lti.gramian import gramian
 from dob_companion.lti.loop import weighted_loop
-from dob_companion.lti.predictor import Predictor
+from dob_companion.lti.predictor import Predictor, Weighted
 from dob_companion.lti.statespace import System
 
 Array = NDArray[np.float64]
@@ -45,13 +45,9 @@ class Missing(NamedTuple):
     moments: int
 
 
-class _Block(Protocol):
+class _Problem(Weighted, Protocol):
     @property
-    def problem(self) -> Problem: ...
-    @property
-    def observer(self) -> System: ...
-    @property
-    def delay_samples(self) -> int: ...
+    def controller(self) -> System: ...
 
 
 def longest(dt: float) -> int:
@@ -61,13 +57,18 @@ def longest(dt: float) -> int:
 
 def missing_samples(design: DobDesign) -> Missing:
     """The bounds of a design: those of its weakest block."""
-    each = [missing_in(block, longest(design.dt)) for block in design.blocks]
+    each = [
+        missing_in(block.problem, block.observer, block.delay_samples, longest(design.dt)) for block in design.blocks
+    ]
     return Missing(min(bound.samples for bound in each), min(bound.moments for bound in each))
 
 
-def missing_in(block: _Block, most: int) -> Missing:
-    """The bounds of one block, at most `most`. Raises NotConvergedError or LinAlgError for a loop that is unstable."""
-    flight = _Flight(block, most + 2)
+def missing_in(problem: _Problem, observer: System, delay: int, most: int) -> Missing:
+    """The bounds of one block with a correction `delay` samples old, at most `most`.
+
+    Raises NotConvergedError for a loop that is unstable, or a problem whose predictor does not come to rest.
+    """
+    flight = _Flight(problem, observer, delay, most + 2)
     allowed = np.sqrt(GROWTH**2 - 1.0) * flight.error_rms
     return Missing(
         _longest_run(lambda missing: bool(np.all(flight.without_pairs(missing) <= allowed)), most),
@@ -86,8 +87,7 @@ class _Flight:
     that is known before something is missing.
     """
 
-    def __init__(self, block: _Block, samples: int) -> None:
-        problem, observer = block.problem, block.observer
+    def __init__(self, problem: _Problem, observer: System, delay: int, samples: int) -> None:
         self._observer = observer
         self._predictor = predictor = Predictor.of(problem)
         loop = weighted_loop(
@@ -96,7 +96,7 @@ class _Flight:
             observer,
             problem.disturbance_weight,
             problem.noise_weight,
-            block.delay_samples,
+            delay,
         )
         n, k, w = len(loop.A), len(predictor.A), loop.B.shape[1]
         (C_y, D_y), (C_u, D_u), (C_e, D_e) = loop.y_n, loop.u_e, loop.error

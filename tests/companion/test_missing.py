@@ -9,12 +9,11 @@ from dob_companion.companion.dob import DobLoop
 from dob_companion.companion.parameters import Parameters
 from dob_companion.mavlink import AppliedMoment, Codec, GyroSample, profiles
 from dob_companion.observer import ObserverBank, missing_samples
-from dob_companion.observer.missing import _Flight
 from dob_companion.supervisor import State
 from tests.ardupilot.recorded import frames
 from tests.companion.aircraft import DT, aircraft, small_design, texts
 from tests.observer.designs import designed
-from tests.observer.test_missing import drawn
+from tests.observer.test_missing import drawn, flight_of
 
 DT_US = round(1e6 * DT)
 BOUND = missing_samples(small_design())
@@ -75,7 +74,7 @@ def differences(design, y, u, begin=500, **missing):
 
 def foreseen(block, bound):
     """The largest addition to the error that the bound allows, as the design foresees it."""
-    flight = _Flight(block, max(bound) + 2)
+    flight = flight_of(block, max(bound) + 2)
     return max(float(flight.without_pairs(bound.samples)[0]), float(flight.without_moments(bound.moments)[0]))
 
 

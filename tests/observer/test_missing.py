@@ -15,6 +15,10 @@ from tests.observer.designs import designed
 DESIGNS = ["paper", "tuned", "ardupilot"]
 
 
+def flight_of(block, samples):
+    return _Flight(block.problem, block.observer, block.delay_samples, samples)
+
+
 def drawn(block, samples, seed, settle=2000):
     """y_n, u_e and d - z^-tau d_hat of a flight of the design's own loop, in its steady state."""
     problem = block.problem
@@ -62,7 +66,7 @@ def test_the_surprise_is_shared_out_as_a_dense_covariance_says(name, steps):
 def test_the_errors_foreseen_are_those_of_flights_drawn_at_random(name, axis):
     block, (y, u, error) = flight(name, axis)
     predictor = Predictor.of(block.problem)
-    foreseen = _Flight(block, 8)
+    foreseen = flight_of(block, 8)
     assert np.sqrt(np.mean(error**2)) == pytest.approx(foreseen.error_rms[0], rel=0.05)
     for missing in (1, 3, 6):
         pairs, moments = [], []
@@ -109,7 +113,7 @@ def largest_rms(rows):
 def test_the_bounds_are_the_longest_runs_that_at_most_double_the_error(name, bound):
     design = designed(name)
     assert missing_samples(design) == Missing(*bound)
-    blocks = [_Flight(block, longest(design.dt) + 2) for block in design.blocks]
+    blocks = [flight_of(block, longest(design.dt) + 2) for block in design.blocks]
 
     def doubled(missing, of):
         return any(np.any(getattr(b, of)(missing) > np.sqrt(GROWTH**2 - 1) * b.error_rms) for b in blocks)

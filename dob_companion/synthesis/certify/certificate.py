@@ -15,6 +15,7 @@ from dob_companion.artifact import Certificate
 from dob_companion.artifact.flyable import GREATEST_COMMAND_LEAK
 from dob_companion.errors import NotCertifiedError, NotConvergedError
 from dob_companion.lti.response import gains, spectral_radius
+from dob_companion.observer.missing import longest, missing_in
 from dob_companion.synthesis.certify.margins import (
     axis_disk_margins,
     bandwidth,
@@ -92,8 +93,19 @@ def _certified(problem: Problem, observer: Any, claim: Claim) -> Certificate:
             "disk_margin_per_axis": axis_disk_margins(loop),
             "disk_margin_off": disk_margin(close_loop(problem.plant, problem.controller, None, problem.delays)),
             "useful_delay_samples": useful_delay(loop, problem.disturbance_weight),
+            **_missing(problem, observer),
         },
     )
+
+
+def _missing(problem: Problem, observer: Any) -> dict[str, int | None]:
+    """Samples and moments in a row that may be missing in flight; None for a problem that no predictor follows, which
+    does not fly."""
+    try:
+        bound = missing_in(problem, observer, max(problem.delays), longest(problem.dt))
+    except NotConvergedError:
+        return {"missing_samples": None, "missing_moments": None}
+    return {"missing_samples": bound.samples, "missing_moments": bound.moments}
 
 
 def _require_sound(problem: Problem, observer: Any, radius: float, own: float) -> None:
