@@ -202,8 +202,8 @@ class Echo:
     def foreign(self, stamp_us: int, age_samples: float, moment: Axes3, contained: Axes3) -> bool:
         """Whether several corrections in a row were not ours.
 
-        An age that leads to no answer of ours says nothing, nor does an axis at its stops, nor a correction of zero:
-        a vehicle may ignore us.
+        An age that leads to no answer of ours says nothing, nor does an axis at its stops. A vehicle may take a part of
+        a correction, or nothing: it has limits of its own, and fades when its pilot switches us off.
         """
         if not (math.isfinite(age_samples) and 0.0 <= age_samples <= 20.0 and all(map(math.isfinite, contained))):
             return False
@@ -211,8 +211,13 @@ class Echo:
         if ours is None:
             return False
         off = any(
-            there != 0.0 and abs(there - sent) > ECHO_TOLERANCE and abs(whole) < SATURATED
+            not _part(there, sent) and abs(whole) < SATURATED
             for there, sent, whole in zip(contained, ours, moment, strict=True)
         )
         self._different = self._different + 1 if off else 0
         return self._different >= ECHO_PATIENCE
+
+
+def _part(there: float, sent: float) -> bool:
+    """Whether a correction that is contained lies between nothing and what was sent."""
+    return min(0.0, sent) - ECHO_TOLERANCE <= there <= max(0.0, sent) + ECHO_TOLERANCE

@@ -138,15 +138,26 @@ def test_a_second_companion_that_injects_ends_it_but_our_own_echo_does_not():
     assert plane.companion.status().state is State.RAMP_OUT
 
 
-def test_corrections_that_come_back_changed_latch_a_fault():
+@pytest.mark.parametrize("contained", [-0.15, 0.05])
+def test_corrections_that_come_back_larger_or_with_another_sign_latch_a_fault(contained):
     plane = aircraft().active()
     plane.rates = (0.1, 0.0, 0.0)
     plane.pairs(50)
     for _ in range(10):
-        plane.contained = (-0.05, 0.0, 0.0)
+        plane.contained = (contained, 0.0, 0.0)
         plane.pair()
     plane.pairs(300)
     assert plane.companion.status().state is State.FAULT
+
+
+@pytest.mark.parametrize("contained", [-0.05, 0.0])
+def test_a_vehicle_may_take_a_part_of_a_correction_or_nothing(contained):
+    plane = aircraft().active()
+    plane.rates = (0.1, 0.0, 0.0)
+    plane.pairs(50)
+    plane.contained = (contained, 0.0, 0.0)
+    plane.pairs(300)
+    assert plane.companion.status().state is State.ACTIVE
 
 
 def test_no_heartbeat_of_the_autopilot_for_five_seconds_fades_it_out():
