@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from dob_companion.analysis.flight import OFF_STATES, ON_STATES, spectrum, time_in_states, without_samples
+from dob_companion.analysis.recorded import FlightReader
 from dob_companion.errors import InputError
 from dob_companion.files.playback import play
 from dob_companion.files.segments import traces_at
-from dob_companion.report.recorded import FlightReader
 from dob_companion.report.recorded_charts import rates, timeline
 from dob_companion.report.recorded_page import recorded_page
-from dob_companion.report.recorded_values import OFF_STATES, ON_STATES, spectrum, time_in_states, without_samples
 from dob_companion.supervisor import State
 from tests.companion.aircraft import DT, corrections, texts
 from tests.recorder.flights import recorded, run
