@@ -261,7 +261,7 @@ class FlightReader:
             if profile is not None:
                 self._obeys(beat.system, profile)
         if beat.system == self._obeyed.system:
-            self._obeyed.beat(now)
+            self._obeyed.beat(now, simulated=beat.simulated)
 
     def _obeys(self, system: int | None, profile: profiles.Profile) -> None:
         self._obeyed.system = self._codec.system = system

@@ -39,16 +39,18 @@ def small_design(axes=("roll", "pitch", "yaw"), delay_samples=1, delay_margin=3)
     observer = StateSpaceData([[0.5]], [[0.5, -0.5]], [[1.0]], [[0.0, 0.0]])
     blocks = tuple(
         DobBlock(
-            axis,
-            (axis,),
-            delay_samples,
-            observer,
-            Problem(gain(1.0), gain(0.1), StateSpaceData([[0.99]], [[0.01]], [[1.0]], [[0.0]]), gain(0.01)),
-            certificate,
+            name=axis,
+            axes=(axis,),
+            delay_samples=delay_samples,
+            observer=observer,
+            problem=Problem(gain(1.0), gain(0.1), StateSpaceData([[0.99]], [[0.01]], [[1.0]], [[0.0]]), gain(0.01)),
+            certificate=certificate,
         )
         for axis in axes
     )
-    return dumps(DobDesign(DT, delay_samples, blocks, "2026-01-01T00:00:00Z", "tests"))[1]
+    return dumps(
+        DobDesign(dt=DT, delay_samples=delay_samples, blocks=blocks, created="2026-01-01T00:00:00Z", generator="tests")
+    )[1]
 
 
 @dataclass
