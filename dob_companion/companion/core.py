@@ -15,7 +15,7 @@ from dob_companion import __version__
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.clocks import seconds
 from dob_companion.companion.config import CompanionConfig
-from dob_companion.companion.dob import DobLoop
+from dob_companion.companion.dob import LONGEST_CLOSING_S, DobLoop
 from dob_companion.companion.neighbours import Neighbours
 from dob_companion.companion.obeyed import Obeyed
 from dob_companion.companion.operator import Operator
@@ -50,9 +50,6 @@ from dob_companion.mavlink import (
 from dob_companion.mavlink.facts import Axes3
 from dob_companion.mavlink.profiles import Profile
 from dob_companion.supervisor import State, Transition, ages
-
-LONGEST_CLOSING_S = 0.5
-"""A correction is faded for so long at most when the companion leaves; then it is zero."""
 
 HEARTBEAT_S = 1.0
 NO_CORRECTION: Axes3 = (0.0, 0.0, 0.0)
