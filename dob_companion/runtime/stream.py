@@ -1,7 +1,6 @@
 """What every link shares: an outbox in front of the line, and words about what becomes of it."""
 
 import time
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 from dob_companion.companion import Event
@@ -13,9 +12,9 @@ TELL_EVERY_S = 10.0
 """Wall time between two lines about a line that is full."""
 
 
-class OutgoingLink(ABC):
-    """The writing half of a link. Whoever derives from it knows the line: see its abstract
-    methods."""
+class OutgoingLink:
+    """The writing half of a link. Whoever derives from it knows the line: `_room` is how many bytes it may be given
+    now, `_send` gives it some and returns how many it took, `_fail` lets go of one that raised OSError."""
 
     def __init__(self, url: LinkUrl, waiting_bytes: int) -> None:
         self._url = url
@@ -67,18 +66,14 @@ class OutgoingLink(ABC):
     def _warn(self, text: str) -> None:
         self._events.append(Event(Severity.WARNING, f"{self._url}: {text}"))
 
-    @abstractmethod
     def _up(self) -> bool:
-        """Whether there is a line."""
+        raise NotImplementedError
 
-    @abstractmethod
     def _room(self) -> int:
-        """Bytes that it may be given now."""
+        raise NotImplementedError
 
-    @abstractmethod
     def _send(self, data: bytes) -> int:
-        """Give it some; returns how many it took."""
+        raise NotImplementedError
 
-    @abstractmethod
     def _fail(self, problem: OSError) -> None:
-        """Let go of a line that raised."""
+        raise NotImplementedError
