@@ -1,6 +1,7 @@
 # Everything runs in a virtual environment of its own (.venv) with the versions pinned in constraints.txt.
 #   make demo    design, fly and switch the paper's observer; results in dob-demo/
-#   make test    the tests
+#   make test    the tests, in two processes: JOBS=4 for four
+#   make quick   those that take less than half a second each: what to run between two edits
 #   make check   lint, types, import floors
 #   make proof   long campaigns and the tables of the docs
 #   make paper   the paper's figures beside ours: docs/paper.md
@@ -17,13 +18,24 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 
 .NOTPARALLEL:
-.PHONY: plants paper demo test check proof fuzz bench docs pins deb wheels-aarch64 clean
+.PHONY: plants paper demo test quick slow check proof fuzz bench docs pins deb wheels-aarch64 clean
 
 demo: $(VENV)/.demo
 	$(BIN)/dob-companion demo $(DEMO_ARGS)
 
+# What shares a fixture shares a process (tests/conftest.py).
+JOBS ?= 2
+PYTEST = $(BIN)/python -m pytest -n $(JOBS) --dist loadgroup
+
 test: $(VENV)/.dev
-	$(BIN)/python -m pytest -m "not proof" $(TEST_ARGS)
+	$(PYTEST) -m "not proof" $(TEST_ARGS)
+
+quick: $(VENV)/.dev
+	$(PYTEST) -m "not proof and not slow" $(TEST_ARGS)
+
+# Measure again which tests are slow: tests/slow.txt.
+slow: $(VENV)/.dev
+	$(BIN)/python -m pytest -m "not proof" --write-slow $(TEST_ARGS)
 
 check: $(VENV)/.dev
 	$(BIN)/ruff check .

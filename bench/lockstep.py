@@ -38,7 +38,7 @@ def measure() -> Iterator[str]:
     for name in SCENARIOS:
         with tempfile.TemporaryDirectory() as directory:
             watch, out = _Watch(), Path(directory)
-            fly(Demo(SPEC, out, 1, True, name), watch)
+            fly(Demo(spec=SPEC, out=out, seed=1, fast=True, scenario=name), watch)
             with np.load(out / "flight.npz") as flown:
                 flight = (flown["stamp_us"][-1] - flown["stamp_us"][np.flatnonzero(flown["window"])[0]]) * 1e-6
         wall = watch.at[END] - watch.at[HOVER]

@@ -77,7 +77,8 @@ def _turn(companion: Companion, witness: Witness, data: bytes) -> float:
     witness.advanced(now)
     if said := companion.bytes_to_send():
         witness.said(said)
-    companion.events()
+    for event in companion.events():
+        witness.event(event)
     witness.turned(companion, now, 1e-4)
     return time.perf_counter() - begin
 

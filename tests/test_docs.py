@@ -21,8 +21,10 @@ from tests.demo import test_demo as demo
 from tests.sitl.sweep import test_sampling_zero as sampling_zero
 from tests.sitl.sweep import test_wire as swept
 
+LONG = {"vehicle.md": pytest.mark.proof}  # measures the vehicle by sweeps
 
-@pytest.mark.parametrize("name", PAGES)
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=LONG.get(name, ())) for name in PAGES])
 def test_a_printed_page_is_up_to_date(name):
     assert (HERE / name).read_text(encoding="utf-8") == PAGES[name](), "run `make docs`"
 

@@ -24,7 +24,7 @@ class Problem:
     noise_weight: StateSpaceData
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Certificate:
     """What was proved about a block, recomputed from its exact matrices.
 
@@ -55,7 +55,7 @@ class Certificate:
     extra: Mapping[str, object] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DobBlock:
     """One observer D(z): [all y_n; all u_e] -> d_hat, over `axes` in that order. The correction is -d_hat.
 
@@ -93,7 +93,7 @@ class DobBlock:
         return tuple(f"d_hat.{a}" for a in self.axes)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DobDesign:
     """Everything in a design.json. `sha256` is empty until the design was written or read."""
 

@@ -10,13 +10,14 @@ from dob_companion.cli.signing import Signing, open_signing
 from dob_companion.companion import Companion, CompanionConfig, Event
 from dob_companion.files import BackgroundWriter, ParameterKeeper, recover_parameters
 from dob_companion.files.parameter_keeper import NAME as SETTINGS
+from dob_companion.flightlog.witness import Witness
 from dob_companion.mavlink import Severity
 from dob_companion.runtime import Link
 from dob_companion.runtime.signed import SignedLink
 
 
-class CarriedOver:
-    """Recovers at the start; `turn` hands over what is new. Files close with `leaving`.
+class CarriedOver(Witness):
+    """Recovers at the start; each turn hands over what is new. Files close with `leaving`.
 
     `settings` is the configuration with what the operator had set on top of it.
     """
@@ -43,8 +44,8 @@ class CarriedOver:
         self._show(Event.info("signing: only messages with our key are taken, and ours are signed"))
         return SignedLink(link, self._signing.gate)
 
-    def turn(self, now: float, companion: Companion) -> None:
-        """Called in every turn of the loop; hands over to the writers and waits for nothing."""
+    def begins(self, companion: Companion, now: float) -> None:
+        """Hand over to the writers; wait for nothing."""
         if self._operator is not None:
             self._operator.keep(companion.parameters.written)
         if self._signing is not None:

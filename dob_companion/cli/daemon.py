@@ -63,17 +63,14 @@ def fly(
             link = keeping.signed(link, url.datagrams)
             companion = Companion(design, keeping.settings, now=time.monotonic(), datagrams=url.datagrams)
 
-            def turn(now: float) -> None:
-                notifier.alive(now, lambda: _in_words(companion.status()))
-                keeping.turn(now, companion)
-                waiting.turn(now, companion, clock.received_bytes)
-
-            def tell(status: Status) -> None:
-                feed.moment(companion, status, clock)
-                if as_json:
-                    lines.write(_status_as_json(status))
-
-            recorder: Witness = Witness()
+            clock = LoopClock(design.dt)
+            witnesses: list[Witness] = [
+                clock,
+                _Shown(feed, clock, lines if as_json else None),
+                _Alive(notifier),
+                keeping,
+                Waiting(url, settings.system, show, time.monotonic(), makes=companion.profile.makes),
+            ]
             if settings.record.dir is not None:
                 recorder = FlightRecorder(
                     Path(settings.record.dir),
@@ -87,20 +84,11 @@ def fly(
                     profile=settings.profile,
                 )
                 leaving.callback(recorder.close)
+                witnesses.insert(0, recorder)
                 show(Event.info(f"recording flight {recorder.flight} to {settings.record.dir}"))
-            clock = LoopClock(recorder, design.dt)
-            waiting = Waiting(url, settings.system, show, time.monotonic(), makes=companion.profile.makes)
             leaving.callback(notifier.stopping)
-            code = serve(
-                companion,
-                link,
-                ready=f"listening on {url}, waiting for a vehicle",
-                timeout_s=timeout_s,
-                on_event=show,
-                on_status=tell if as_json or feed.watched else None,
-                on_turn=turn,
-                witness=clock,
-            )
+            ready = f"listening on {url}, waiting for a vehicle"
+            code = serve(companion, link, ready=ready, timeout_s=timeout_s, witnesses=witnesses)
         show(Event.info(_summary(companion.status(), lines.left_out)))
         return code
 
@@ -119,6 +107,35 @@ def load_flyable(path: Path, profile: str) -> DobDesign:
     design = loads(read_text(path), str(path))
     check_flyable(design, profiles.rate_hz(profile), str(path))
     return design
+
+
+class _Shown(Witness):
+    """The log and the views; `lines` takes each status as JSON."""
+
+    def __init__(self, feed: Feed, clock: LoopClock, lines: Lines | None) -> None:
+        self._feed, self._clock, self._lines = feed, clock, lines
+        self.watches = lines is not None or feed.watched
+
+    def event(self, event: Event) -> None:
+        """To everybody who watches."""
+        self._feed.event(event)
+
+    def status(self, companion: Companion, status: Status) -> None:
+        """To the views, and as a line."""
+        self._feed.moment(companion, status, self._clock)
+        if self._lines:
+            self._lines.write(_status_as_json(status))
+
+
+class _Alive(Witness):
+    """Tells systemd."""
+
+    def __init__(self, notifier: Notifier) -> None:
+        self._notifier = notifier
+
+    def begins(self, companion: Companion, now: float) -> None:
+        """Feed the watchdog."""
+        self._notifier.alive(now, lambda: _in_words(companion.status()))
 
 
 def _in_words(status: Status) -> str:

@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--seed is {args.seed}, expected 0 or more")
     spec, delay = _spec(args)
     scenario = scenario_of(args.scenario)
-    demo = Demo(spec, args.out, args.seed, args.fast, scenario.asked, delay)
+    demo = Demo(spec=spec, out=args.out, seed=args.seed, fast=args.fast, scenario=scenario.asked, delay=delay)
     screen = screen_for(scenario.seconds)
     try:
         result, designed_delay = fly_demo(demo, screen)

@@ -58,15 +58,19 @@ def _design(path: Path) -> str:
 
 
 def _flight(source: Path) -> tuple[str, list[str]]:
+    from dob_companion.analysis.recorded import FlightReader
+    from dob_companion.errors import InputError, placed
     from dob_companion.files.playback import play
     from dob_companion.files.segments import traces_at
-    from dob_companion.report.recorded import FlightReader
     from dob_companion.report.recorded_page import recorded_page
 
     reader, notes = FlightReader(), []
     paths = traces_at(source)
     for path in paths:
-        ending = play(path, reader)
+        try:
+            ending = play(path, reader)
+        except InputError as problem:
+            raise placed(problem, str(path)) from None
         if ending.torn:
             notes.append(f"{path}: ends in the middle of a write; what was whole was read")
         if ending.damage:

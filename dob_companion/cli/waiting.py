@@ -3,13 +3,14 @@
 from collections.abc import Callable
 
 from dob_companion.companion import Companion, Event
+from dob_companion.flightlog.witness import Witness
 from dob_companion.runtime import LinkUrl
 
 FIRST_S, LONGEST_S = 5.0, 600.0
 """The first word comes after 5 s, each further one when as much time again has passed, at most ten minutes."""
 
 
-class Waiting:
+class Waiting(Witness):
     """Says how long nobody has been heard, what has come in instead, and what to look for."""
 
     def __init__(
@@ -26,17 +27,23 @@ class Waiting:
         self._wanted = f"{whose} heartbeat" + (f" from system {system}" if system is not None else "")
         self._show = show
         self._since, self._next = now, now + FIRST_S
+        self._received = 0
 
-    def turn(self, now: float, companion: Companion, received: int) -> None:
-        """Called in every turn; `received` bytes have come in so far."""
+    def received(self, data: bytes, now: float) -> None:  # noqa: ARG002
+        """Count what comes in."""
+        self._received += len(data)
+
+    def begins(self, companion: Companion, now: float) -> None:
+        """Say what is to be said by now."""
         if companion.vehicle is not None or now < self._next:
             return
         waited = self._next - self._since
         self._next += min(waited, LONGEST_S)
         status = companion.status()
-        self._show(Event.info(f"no vehicle for {waited:.0f} s: {self._what(received, status.bad, status.foreign)}"))
+        self._show(Event.info(f"no vehicle for {waited:.0f} s: {self._what(status.bad, status.foreign)}"))
 
-    def _what(self, received: int, bad: int, foreign: int) -> str:
+    def _what(self, bad: int, foreign: int) -> str:
+        received = self._received
         if not received:
             return f"nothing has come in on {self._url}; {self._remedy}"
         if bad > foreign:

@@ -32,7 +32,7 @@ class Recording:
         _numbers(given, RECORD_RANGES)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CompanionConfig:
     """Settings of one run.
 

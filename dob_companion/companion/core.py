@@ -15,7 +15,7 @@ from dob_companion import __version__
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.clocks import seconds
 from dob_companion.companion.config import CompanionConfig
-from dob_companion.companion.dob import DobLoop
+from dob_companion.companion.dob import LONGEST_CLOSING_S, DobLoop
 from dob_companion.companion.neighbours import Neighbours
 from dob_companion.companion.obeyed import Obeyed
 from dob_companion.companion.operator import Operator
@@ -49,10 +49,7 @@ from dob_companion.mavlink import (
 )
 from dob_companion.mavlink.facts import Axes3
 from dob_companion.mavlink.profiles import Profile
-from dob_companion.supervisor import State, ages
-
-LONGEST_CLOSING_S = 0.5
-"""A correction is faded for so long at most when the companion leaves; then it is zero."""
+from dob_companion.supervisor import State, Transition, ages
 
 HEARTBEAT_S = 1.0
 NO_CORRECTION: Axes3 = (0.0, 0.0, 0.0)
@@ -177,7 +174,7 @@ class Companion:
     def status(self) -> Status:
         """The moment, for whoever shows it."""
         figures, counters = self.loop.figures(), self._codec.counters
-        if self._silent:
+        if self._obeyed.silent(self._now):
             figures = figures.without_samples()
         return Status(
             state=self.loop.state,
@@ -196,10 +193,6 @@ class Companion:
             foreign=counters.foreign,
             heard_s=self._obeyed.heard_s(self._now),
         )
-
-    @property
-    def _silent(self) -> bool:
-        return self._obeyed.silent(self._now)
 
     # Facts ----------------------------------------------------------------------------------------------------
 
@@ -303,13 +296,14 @@ class Companion:
         """Another vehicle in the place of the one `before`: off, and everything is measured anew."""
         self.parameters.switch_off()
         state, self.loop = self.loop.state, self.loop.for_another_vehicle()
+        change = Transition(state, self.loop.state, "another vehicle")
         self.parameters.publish_state(self.loop.state)
         self._obeyed.gyro_at, self._answered = now, None
         self._zeros.over()
         self._out.put(self._operator.value("DOB_ENABLE"))
         self._say(Severity.WARNING, f"DOB: system {before} silent for {ages.VEHICLE_S:g} s, obey {self.vehicle}")
-        if state is not self.loop.state:
-            self._say(Severity.NOTICE, f"DOB {self.loop.state.name}: another vehicle")
+        if change.source is not change.target:
+            self._say_change(change)
 
     def _correction_heard(self, heard: CorrectionHeard, now: float) -> None:
         if self._neighbours.injects(heard, self.loop.echo):
@@ -331,14 +325,14 @@ class Companion:
         self._events += map(Event.info, self._operator.words())
         if self.vehicle is None:
             return
-        newest_us = self.loop.newest_us or 0
+        newest_us, silent = self.loop.newest_us or 0, self._obeyed.silent(now)
         asked_ns = round(now * 1e9)
         self.loop.time_asked(asked_ns, now)
         self._out.put(self._speaker.ask_time(asked_ns))
         self._out.put(self._speaker.computer_status(newest_us, self.load))
-        for words in self._streams.judge(now, newest_us * 1e-6, silent=self._silent):
+        for words in self._streams.judge(now, newest_us * 1e-6, silent=silent):
             self._say(Severity.WARNING, f"DOB: {words}"[:50])
-        if self._silent and newest_us:  # or a ground station would go on showing what was told last
+        if silent and newest_us:  # or a ground station would go on showing what was told last
             self._tell(newest_us)
         self._say_what_is_waited_for(now)
 
@@ -371,8 +365,7 @@ class Companion:
         self._report_clocks(self.loop.clock_offset_s)
         for change in self.loop.take_transitions():
             self._waiting.said(change.reason)
-            severity = Severity.CRITICAL if change.target is State.FAULT else Severity.NOTICE
-            self._say(severity, f"DOB {change.target.name}: {change.reason}")
+            self._say_change(change)
 
     def _say_what_is_waited_for(self, now: float) -> None:
         state = self.loop.state
@@ -393,6 +386,10 @@ class Companion:
         else:
             self._say(Severity.WARNING, f"DOB: gyro and moments on two clocks: {seconds(offset)}")
 
-    def _say(self, severity: Severity, text: str) -> None:
+    def _say_change(self, change: Transition) -> None:
+        severity = Severity.CRITICAL if change.target is State.FAULT else Severity.NOTICE
+        self._say(severity, f"DOB {change.target.name}: {change.reason}", change)
+
+    def _say(self, severity: Severity, text: str, change: Transition | None = None) -> None:
         self._out.put(self._speaker.text(severity, text))
-        self._events.append(Event(severity, text))
+        self._events.append(Event(severity, text, change))

@@ -32,6 +32,9 @@ SETTLING_TIMES = 5.0
 """Slowest modes of the observer that pass before its estimate counts: the zero state is then forgotten to 1 %."""
 
 LEAST_SETTLING_S = 0.1
+LONGEST_CLOSING_S = 0.5
+"""A correction is faded for so long at most when the companion leaves, whatever the operator's ramp is."""
+
 JUDGE_EVERY = 25
 """Samples between two judgements of the link (0.1 s at 250 Hz)."""
 
@@ -274,7 +277,8 @@ class DobLoop:
         self._judge()
         asked, state = self._parameters.settings, self.supervisor.state
         fade_in = state is State.ACTIVE or state is State.RAMP_IN
-        step = self.dt / asked.ramp_s if asked.ramp_s > self.dt else 1.0
+        ramp_s = min(asked.ramp_s, LONGEST_CLOSING_S) if self.closing else asked.ramp_s
+        step = self.dt / ramp_s if ramp_s > self.dt else 1.0
         self.shaper.move(fade_in, asked.axes, asked.gain, asked.limit, step)
         trusted = self._data_good and not self._fault
         return Answer(stamp_us, self.shaper.shape(self.d_hat) if trusted else self.shaper.hold())

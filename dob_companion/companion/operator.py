@@ -6,6 +6,10 @@ from dob_companion.mavlink import ParamRead, ParamRefusal, ParamWrite, Sender, S
 WORDS_A_SECOND = 10
 """More writes than that in a second are answered all the same, and only counted in the log."""
 
+LISTS_A_SECOND = 4
+"""Requests for the whole list that are answered in a second: each brings a message for every parameter, and a flood of
+them would leave no room on the line. Who gets none asks again, as the protocol has it for any message that is lost."""
+
 
 class Operator:
     """Answers reads and writes. A known name is always echoed with its value as it stands, own index and count.
@@ -18,7 +22,7 @@ class Operator:
         self._parameters = parameters
         self._speaker = speaker
         self._words: list[str] = []
-        self._room = WORDS_A_SECOND
+        self._room, self._lists = WORDS_A_SECOND, LISTS_A_SECOND
         self._untold = 0
 
     def words(self) -> list[str]:
@@ -27,16 +31,19 @@ class Operator:
         return words
 
     def each_second(self) -> None:
-        """Room in the log for the writes of another second."""
+        """Room in the log, and for the lists, of another second."""
         if self._untold:
             self._words.append(f"parameters: {self._untold} more writes within a second")
-        self._room, self._untold = WORDS_A_SECOND, 0
+        self._room, self._lists, self._untold = WORDS_A_SECOND, LISTS_A_SECOND, 0
 
     def answer(self, fact: ParamRead | ParamWrite) -> list[bytes]:
         """The messages that answer a request, in order."""
         if isinstance(fact, ParamWrite):
             return self._written(fact)
         if not fact.name and fact.index is None:
+            if not self._lists:
+                return []
+            self._lists -= 1
             return [self._value(index) for index in range(len(PARAMETERS))]
         if fact.index is not None and not fact.addressed:
             return []  # an index asked of everybody means the autopilot's own list

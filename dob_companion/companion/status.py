@@ -4,16 +4,17 @@ from dataclasses import dataclass, replace
 
 from dob_companion.mavlink import Severity
 from dob_companion.mavlink.facts import Axes3
-from dob_companion.supervisor import State
+from dob_companion.supervisor import State, Transition
 from dob_companion.supervisor.monitors import UNKNOWN_AGE
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something worth a line in the log."""
+    """Something worth a line in the log; `change` where it is a change of the supervisor's state."""
 
     severity: Severity
     text: str
+    change: Transition | None = None
 
     @classmethod
     def info(cls, text: str) -> "Event":

@@ -23,7 +23,7 @@ from dob_companion.comparison.rational import NotApplicableError
 from dob_companion.comparison.shortfall import Shortfall, shortfall
 from dob_companion.comparison.tuning import Judge, tune
 from dob_companion.comparison.vehicle import Vehicle, close, no_observer
-from dob_companion.errors import SpecError, UnsolvableError
+from dob_companion.errors import NotCertifiedError, SpecError, UnsolvableError
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ class Row:
         return float(np.std(self.attenuation, ddof=1)) if len(self.attenuation) > 1 else 0.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class AxisComparison:
     """All observers on one axis, and how far the design is from LQG-optimal.
 
@@ -156,15 +156,15 @@ def _compare(block: DobBlock, dt: float, seeds: int, source: str, progress: Call
         rows.append(_measure(entry, judge, weather, off))
     progress(f"{axis}: what is LQG-optimal")
     return AxisComparison(
-        axis,
-        dt,
-        vehicle.delay,
-        PEAKS_OFF[axis],
-        judge.scale,
-        judge.responses.hertz,
-        tuple(rows),
-        tuple(absent),
-        shortfall(block, dt, judge.scale),
+        axis=axis,
+        dt=dt,
+        delay=vehicle.delay,
+        peak_off=PEAKS_OFF[axis],
+        scale=judge.scale,
+        hertz=judge.responses.hertz,
+        rows=tuple(rows),
+        absent=tuple(absent),
+        shortfall=shortfall(block, dt, judge.scale),
     )
 
 
@@ -199,7 +199,8 @@ def _measure(entry: Entry, judge: Judge, weather: Weather, off: Array) -> Row:
     vehicle, observer = judge.vehicle, entry.observer
     loop = close(vehicle, observer)
     expected, theta = expect(loop, judge.scale), attitude(loop, weather.d, weather.n)
-    assert expected is not None, f"{entry.name} came into the table without being stable"
+    if expected is None:
+        raise NotCertifiedError(f"{entry.name} came into the table although it is not stable on the plant")
     noise_peak = judge.responses.noise_peak(observer)
     return Row(
         key=entry.key,

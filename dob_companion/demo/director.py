@@ -32,7 +32,7 @@ RESULTS = ("design.json", "flight.npz", "result.json", "report.html", "flight.pn
 """What a demo leaves in its directory, beside two logs."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Demo:
     """What to fly: the spec, where results go, the seed, whether the clock is lockstep, the vehicle's scenario by name
     or path, and the link's delay in samples."""

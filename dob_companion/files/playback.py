@@ -8,12 +8,12 @@ from typing import Any, Protocol
 
 from dob_companion.errors import InputError
 from dob_companion.files.segments import chunks
-from dob_companion.files.trace import SCHEMA, Ending, Item, Kind, read_frames
+from dob_companion.files.trace import EARLIER, SCHEMA, Ending, Item, Kind, read_frames
 
 FIRST_PROFILE = "sitl"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Header:
     """What a segment says of itself.
 
@@ -43,6 +43,12 @@ class Listener(Protocol):
 
     def checkpoint(self, state: Mapping[str, Any]) -> None:
         """The companion's state at this moment."""
+
+    def standing(self, content: Mapping[str, Any]) -> None:
+        """Of the checkpoint before, what readers may rely on: see `flightlog.standing`."""
+
+    def changed(self, content: Mapping[str, Any]) -> None:
+        """The supervisor's `state` is another now, for this `reason`."""
 
     def lost(self, turns: int) -> None:
         """Something is missing here: so many turns, or 0 where nobody knows. A checkpoint comes next."""
@@ -111,13 +117,17 @@ def _tell(item: Item, now: float, listener: Listener, source: str) -> None:
             listener.loaded((uptime, used, total))
         case Kind.CHECKPOINT:
             listener.checkpoint(_read(item, dict, source))
+        case Kind.STANDING:
+            listener.standing(_read(item, dict, source))
+        case Kind.CHANGED:
+            listener.changed(_read(item, dict, source))
 
 
 def _header(turn: list[Item], source: str) -> Header:
     if [item.kind for item in turn] != [Kind.HEADER]:
         raise InputError(f"{source}: not a recorded flight: it does not begin with a header")
     content = {"profile": FIRST_PROFILE, **_read(turn[0], dict, source)}
-    if content.get("schema") != SCHEMA:
+    if content.get("schema") not in (SCHEMA, *EARLIER):
         raise InputError(f"{source}: schema is {content.get('schema')!r}, expected {SCHEMA!r}")
     for field in fields(Header):
         if type(content.get(field.name)) is not field.type:

@@ -19,13 +19,14 @@ import numpy as np
 
 from dob_companion import __version__
 from dob_companion.artifact import DobDesign, dumps
-from dob_companion.companion import Companion, Recording, parse_config
+from dob_companion.companion import Companion, Event, Recording, parse_config
 from dob_companion.errors import InputError
 from dob_companion.files.atomic import make_directory
 from dob_companion.files.pipe import ScribePipe
 from dob_companion.files.segments import SegmentName, next_flight
 from dob_companion.files.trace import SCHEMA, Kind, count_item, frame, item, json_item, time_item
 from dob_companion.flightlog.snapshot import Snapshots
+from dob_companion.flightlog.standing import Standing
 from dob_companion.flightlog.witness import Witness
 from dob_companion.mavlink import ComputerLoad, profiles
 
@@ -78,7 +79,7 @@ class FlightRecorder(Witness):
         self._pipe.send(
             frame([json_item(Kind.HEADER, _header(design, config_text, profile, datagrams, self.flight, now))])
         )
-        self._pipe.send(frame([json_item(Kind.CHECKPOINT, self._snapshots.take(companion))]))
+        self._pipe.send(self._state_of(companion))
 
     @property
     def scribe(self) -> int:
@@ -103,6 +104,12 @@ class FlightRecorder(Witness):
     def loaded(self, load: ComputerLoad) -> None:
         """The companion was told how this computer does."""
         self._items.append(json_item(Kind.LOAD, [load.uptime_ms, load.ram_usage_mib, load.ram_total_mib]))
+
+    def event(self, event: Event) -> None:
+        """A change of state is kept as one; other events are words that were said as well, or of no flight."""
+        if event.change:
+            content = {"state": event.change.target.name, "reason": event.change.reason}
+            self._items.append(json_item(Kind.CHANGED, content))
 
     def said(self, messages: Sequence[bytes]) -> None:
         """The companion answers: hand it over before the answers leave, so that none is unknown after a crash."""
@@ -148,11 +155,15 @@ class FlightRecorder(Witness):
         self._missing += 1
         self.lost += 1
 
+    def _state_of(self, companion: Companion) -> bytes:
+        checkpoint = json_item(Kind.CHECKPOINT, self._snapshots.take(companion))
+        return frame([checkpoint, json_item(Kind.STANDING, Standing.of(companion).as_json())])
+
     def _checkpoint(self, companion: Companion, now: float) -> None:
         """Costs a millisecond or two, after the turn's answers have left."""
         self._due_at, self._since = now + (RETRY_S if self._missing else CHECKPOINT_S), 0
         try:
-            checkpoint = frame([json_item(Kind.CHECKPOINT, self._snapshots.take(companion))])
+            checkpoint = self._state_of(companion)
         except Exception as problem:  # a recorder that errs may cost the record, never the flight
             self._trouble = f"recorder: no checkpoint: {problem}"
             return

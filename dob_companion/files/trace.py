@@ -16,7 +16,10 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
-SCHEMA = "dob-companion/trace/1"
+SCHEMA = "dob-companion/trace/2"
+EARLIER = ("dob-companion/trace/1",)
+"""Schemas that are read as well: they have no STANDING and no CHANGED."""
+
 GZIP = 16 + zlib.MAX_WBITS
 """zlib's word for a gzip stream."""
 
@@ -53,6 +56,10 @@ class Kind(IntEnum):
     """one message that the companion answered to the verb before"""
     TOOK = 10
     """float64: a turn of the loop is over; its wall time in s, from waking to the last byte sent"""
+    STANDING = 11
+    """JSON object: after each CHECKPOINT, what readers may rely on: system, profile, state, parameters"""
+    CHANGED = 12
+    """JSON object: the supervisor has changed to this state, for this reason"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +82,7 @@ class Item:
 
     @property
     def json(self) -> Any:
-        """The value in a HEADER, CHECKPOINT or LOAD."""
+        """The value in a HEADER, CHECKPOINT, LOAD, STANDING or CHANGED."""
         return json.loads(self.data)
 
 
@@ -95,7 +102,7 @@ def count_item(count: int) -> bytes:
 
 
 def json_item(kind: Kind, value: Any) -> bytes:
-    """A HEADER, CHECKPOINT or LOAD as bytes; floats read back bit for bit."""
+    """A HEADER, CHECKPOINT, LOAD, STANDING or CHANGED as bytes; floats read back bit for bit."""
     return item(kind, json.dumps(value, separators=(",", ":")).encode())
 
 

@@ -20,7 +20,7 @@ LONGEST_HOLE_S = 3600.0
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A change of state, s of flight time. `reason` as it was said: STATUSTEXT holds 50 characters."""
+    """A change of state, s of flight time, and its reason in words."""
 
     time: float
     state: State

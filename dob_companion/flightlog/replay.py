@@ -14,6 +14,7 @@ from dob_companion.companion.config import CompanionConfig, parse_config
 from dob_companion.companion.core import Companion
 from dob_companion.errors import InputError
 from dob_companion.flightlog.snapshot import SnapshotError, Snapshots, difference, restore
+from dob_companion.flightlog.standing import Standing
 from dob_companion.mavlink import ComputerLoad, profiles
 from dob_companion.mavlink.spoken import Correction, SpokenReader
 
@@ -60,6 +61,8 @@ class Replay:
         self._build: tuple[str, str, str, bool] | None = None
         self._companion: Companion | None = None
         self._due: deque[bytes] = deque()
+        self._changes: list[tuple[Any, Any]] = []
+        self._changes_told = False
         self._time = 0.0
 
     def began(self, segment: Origin) -> None:
@@ -92,10 +95,23 @@ class Replay:
             raise InputError(f"the recording does not fit this version of the program: {problem}") from None
         self._companion = companion
 
+    def standing(self, content: Mapping[str, Any]) -> None:
+        """What readers of the recording rely on must be true of the state beside it."""
+        if self._companion is not None and not self.difference:
+            computed = Standing.of(self._companion).as_json()
+            self._changes_told = True
+            if content != computed:
+                self._differs(f"recorded standing {dict(content)}, computed {computed}")
+
+    def changed(self, content: Mapping[str, Any]) -> None:
+        """A change of state was recorded."""
+        self._changes.append((content.get("state"), content.get("reason")))
+
     def lost(self, turns: int) -> None:
         """What follows does not continue what came before."""
         self.lost_turns += turns
         self._companion = None
+        self._changes.clear()
         self._due.clear()
 
     def received(self, data: bytes, now: float) -> None:
@@ -138,7 +154,12 @@ class Replay:
         if self._due:
             self._differs(f"recorded nothing, computed {self._words(self._due[0])}")
             return
-        self._companion.events()
+        changes = [each.change for each in self._companion.events() if each.change]
+        computed, recorded = [(change.target.name, change.reason) for change in changes], self._changes
+        self._changes = []
+        if self._changes_told and computed != recorded:
+            self._differs(f"recorded changes of state {recorded}, computed {computed}")
+            return
         self.turns += 1
 
     def _newborn(self) -> Companion:

@@ -38,6 +38,10 @@ EPOCH_UNIX_S = 1_420_070_400
 OLDEST_NEW_STREAM = 6_000_000
 """A stream not heard before may lag our own timestamp by one minute, in ticks (the standard's rule)."""
 
+MOST_STREAMS = 64
+"""Streams remembered at once. A link has a handful: of whoever has the key and speaks under ever new ids, no more are
+let in until old ones have been silent for a minute."""
+
 _LAST_TIMESTAMP = (1 << 48) - 1
 _AFTER = b"", bytes((V1,)), bytes((V2,))
 """What may follow a frame: nothing, or another."""
@@ -55,7 +59,8 @@ class Signature(StrEnum):
 
 @dataclass(slots=True)
 class SigningCounters:
-    """What the gate did. `unsigned` counts MAVLink 1 as well; `replayed` whatever bears our key and is too old."""
+    """What the gate did. `unsigned` counts MAVLink 1 as well; `replayed` whatever bears our key and is too old,
+    or comes under one id too many."""
 
     admitted: int = 0
     unsigned: int = 0
@@ -138,9 +143,18 @@ class SigningGate:
         stamp, stream = int.from_bytes(frame[-12:-6], "little"), (frame[-13], frame[5], frame[6])
         if stamp <= self._streams.get(stream, self.timestamp - OLDEST_NEW_STREAM - 1):
             return Signature.REPLAYED
+        if stream not in self._streams and not self._room():
+            return Signature.REPLAYED
         self._streams[stream] = stamp
         self.timestamp = max(self.timestamp, stamp)
         return Signature.ADMITTED
+
+    def _room(self) -> bool:
+        """Whether another stream may be remembered. One that is older than a new stream may be need not be."""
+        if len(self._streams) >= MOST_STREAMS:
+            oldest = self.timestamp - OLDEST_NEW_STREAM
+            self._streams = {stream: stamp for stream, stamp in self._streams.items() if stamp >= oldest}
+        return len(self._streams) < MOST_STREAMS
 
     def _signature(self, signed: bytes | bytearray) -> bytes:
         return sha256(self._key + signed).digest()[:6]

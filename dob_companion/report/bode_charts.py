@@ -4,32 +4,16 @@ A coupled block shows the diagonal of each response: axis to itself.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dob_companion.analysis.design import AxisResponses
 from dob_companion.report.chart import Array, Chart, Curve, Mark, Panel, Scale, rounded
-from dob_companion.synthesis.certify.responses import Responses
 
 Complex = NDArray[np.complex128]
 _DEEPEST_DB = 120.0  # below the highest curve; a null would otherwise flatten all else
 _BEYOND_DB = 20.0  # how far a bound or a weight may widen the scale of the curves that it goes with
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class AxisResponses:
-    """One axis of a block: its responses, its place in them, and the gamma that bounds them."""
-
-    axis: str
-    of: Responses
-    index: int
-    gamma: float
-
-    def own(self, response: Complex) -> Complex:
-        """The diagonal entry of this axis, shape (frequencies,)."""
-        entry: Complex = response[:, self.index, self.index]
-        return entry
 
 
 def figure_6(key: str, axes: Sequence[AxisResponses]) -> Chart:

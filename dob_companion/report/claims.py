@@ -4,10 +4,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
+from dob_companion.analysis.design import Verdicts, verdicts
 from dob_companion.artifact import Certificate, DobBlock
-from dob_companion.artifact.flyable import GREATEST_COMMAND_LEAK, LEAST_DELAY_MARGIN_SAMPLES, LEAST_DISK_MARGIN
+from dob_companion.artifact.flyable import GREATEST_COMMAND_LEAK, LEAST_DISK_MARGIN
 from dob_companion.lti.margins import MOST_DELAY_SAMPLES
 from dob_companion.report.words import listed, number, plural
 
@@ -23,24 +22,24 @@ class Claim:
 
 def claims(block: DobBlock, dt: float) -> tuple[Claim, ...]:
     """The sentences of a block's certificate, from the numbers recorded in its file."""
-    proof, m = block.certificate, len(block.axes)
+    proof, found = block.certificate, verdicts(block)
     return (
-        _near_optimal(proof),
-        _stable(proof),
+        _near_optimal(proof, found),
+        _stable(proof, found),
         Claim(
-            not np.any(block.observer.D[:, m:] != 0.0),
+            found.no_algebraic_loop,
             "No algebraic loop.",
             "D(z) has no direct path from u_e: those columns of its D matrix are exactly zero.",
         ),
         Claim(
-            abs(proof.command_leak) <= GREATEST_COMMAND_LEAK,
+            found.deaf_to_commands,
             "Deaf to commands.",
             f"A command added to u reaches d_hat with a gain of at most {number(proof.command_leak, 2)} "
             f"(allowed {number(GREATEST_COMMAND_LEAK, 2)}), so a pilot's input is not mistaken for a disturbance.",
         ),
-        _disk(proof),
-        _delay(proof, dt),
-        _bandwidth(proof),
+        _disk(proof, found),
+        _delay(proof, found, dt),
+        _bandwidth(proof, found),
     )
 
 
@@ -59,29 +58,20 @@ def further(extra: Mapping[str, object]) -> list[tuple[str, str]]:
     return rows
 
 
-def axis_disk_margin(block: DobBlock, axis: int) -> float:
-    """The disk margin of one axis, the others exact, or that of all at once where the file has no other."""
-    each = block.certificate.extra.get("disk_margin_per_axis")
-    if isinstance(each, list) and len(each) == len(block.axes) and isinstance(each[axis], float):
-        return float(each[axis])
-    return block.certificate.disk_margin
-
-
-def _near_optimal(proof: Certificate) -> Claim:
-    ratio = proof.gamma / proof.gamma_star
+def _near_optimal(proof: Certificate, found: Verdicts) -> Claim:
     return Claim(
-        proof.gamma <= proof.gamma_backoff * proof.gamma_star,
+        found.near_optimal,
         "Near-optimal.",
         f"γ = {number(proof.gamma, 6)}: the H∞ norm from (w_d, w_n) to d − z^−τ d_hat, measured "
         "on the stored matrices in the closed loop, not reported by the solver. No observer reaches less than "
         f"γ* = {number(proof.gamma_star, 6)} (lower bound: {proof.gamma_star_method}). "
-        f"The ratio is {number(ratio, 5)}; {number(proof.gamma_backoff, 5)} was asked for.",
+        f"The ratio is {number(found.ratio, 5)}; {number(proof.gamma_backoff, 5)} was asked for.",
     )
 
 
-def _stable(proof: Certificate) -> Claim:
+def _stable(proof: Certificate, found: Verdicts) -> Claim:
     return Claim(
-        proof.closed_loop_spectral_radius < 1.0 and proof.observer_spectral_radius < 1.0,
+        found.stable,
         "Stable.",
         "Plant, controller, link delay and observer together have the spectral radius "
         f"{number(proof.closed_loop_spectral_radius, 6)}, the observer alone "
@@ -90,29 +80,26 @@ def _stable(proof: Certificate) -> Claim:
     )
 
 
-def _disk(proof: Certificate) -> Claim:
-    a = proof.disk_margin
-    reach = (
-        "any gain" if a >= 2.0 else f"gain errors from {number((2 - a) / (2 + a), 3)} to {number((2 + a) / (2 - a), 3)}"
-    )
-    phase = number(math.degrees(2.0 * math.atan(a / 2.0)), 3)
+def _disk(proof: Certificate, found: Verdicts) -> Claim:
+    least, most, phase = (number(value, 3) for value in (found.least_gain, found.most_gain, found.phase_deg))
+    reach = f"gain errors from {least} to {most}" if math.isfinite(found.most_gain) else "any gain"
     off = proof.extra.get("disk_margin_off")
     beside = f", {number(off, 3)} without the observer" if isinstance(off, float) else ""
     return Claim(
-        a >= LEAST_DISK_MARGIN,
+        found.robust_in_gain_and_phase,
         "Robust in gain and phase.",
-        f"Disk margin {number(a, 3)} at u_e{beside} (at least {LEAST_DISK_MARGIN:g} to fly): the loop bears {reach} "
-        f"and, apart from that, phase errors up to {phase}°.",
+        f"Disk margin {number(proof.disk_margin, 3)} at u_e{beside} (at least {LEAST_DISK_MARGIN:g} to fly): the loop "
+        f"bears {reach} and, apart from that, phase errors up to {phase}°.",
     )
 
 
-def _delay(proof: Certificate, dt: float) -> Claim:
+def _delay(proof: Certificate, found: Verdicts, dt: float) -> Claim:
     unseen = _samples(proof.delay_margin_samples, dt)
     text = f"{unseen} of link delay that the observer is not told about leave the loop stable"
     useful = proof.extra.get("useful_delay_samples")
     if isinstance(useful, int):
         text += f"; it goes on helping with {_samples(useful, dt)} that u_e reports truly"
-    return Claim(proof.delay_margin_samples >= LEAST_DELAY_MARGIN_SAMPLES, "Robust in delay.", text + ".")
+    return Claim(found.robust_in_delay, "Robust in delay.", text + ".")
 
 
 def _samples(count: int, dt: float) -> str:
@@ -120,7 +107,7 @@ def _samples(count: int, dt: float) -> str:
     return f"{least}{plural(count, 'further sample')} ({count * dt * 1e3:g} ms)"
 
 
-def _bandwidth(proof: Certificate) -> Claim:
+def _bandwidth(proof: Certificate, found: Verdicts) -> Claim:
     hertz = proof.estimation_bandwidth_hz
     text = f"|1 − T| from d to d_hat stays below 0.707 up to {number(hertz, 3, 'Hz')}"
     attenuation = proof.extra.get("attenuation_bandwidth_hz")
@@ -129,4 +116,4 @@ def _bandwidth(proof: Certificate) -> Claim:
     noise = proof.extra.get("noise_to_estimate_peak")
     if isinstance(noise, float) and noise > 0.0:
         text += f". Gyro noise reaches d_hat with at most {number(20.0 * math.log10(noise), 3, 'dB')}"
-    return Claim(hertz > 0.0, "Estimates in band.", text + ".")
+    return Claim(found.estimates_in_band, "Estimates in band.", text + ".")

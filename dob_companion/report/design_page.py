@@ -5,33 +5,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dob_companion.analysis.design import TEST_MOMENT, AxisValues, BlockValues, block_values, verdicts
 from dob_companion.artifact import DobBlock, DobDesign, StateSpaceData
 from dob_companion.report import bode_charts, design_charts
-from dob_companion.report.bode_charts import AxisResponses
-from dob_companion.report.claims import Claim, axis_disk_margin, claims, further
+from dob_companion.report.claims import Claim, claims, further
 from dob_companion.report.draw import alone
 from dob_companion.report.page import PageFigure, figure, render
 from dob_companion.report.robust_chart import robust_claims, robust_figures
 from dob_companion.report.tradeoff_chart import tradeoff_figures
 from dob_companion.report.words import listed, number, plural, transfer_function
-from dob_companion.synthesis.certify.behaviour import (
-    Complex,
-    Loops,
-    Roots,
-    gust_response,
-    loops_of,
-    open_loop,
-    roots,
-    step_response,
-)
-from dob_companion.synthesis.certify.responses import block_responses
+from dob_companion.synthesis.certify.behaviour import Complex, Roots
 from dob_companion.synthesis.tune.tuning import Tuning
 
-_TEST_MOMENT = 0.1
-"""Size of the step and the gust, normalized torque."""
 
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class BlockSection:
     """One block as its section of the page shows it."""
 
@@ -89,12 +76,6 @@ def dates(design: DobDesign) -> list[str]:
     return [f"designed {design.created}"] * bool(design.created) + [f"design {design.sha256[:8]}"] * bool(design.sha256)
 
 
-def axis_responses(block: DobBlock, dt: float) -> list[AxisResponses]:
-    """The responses of a block, one entry per axis."""
-    responses = block_responses(block, dt)
-    return [AxisResponses(axis, responses, i, block.certificate.gamma) for i, axis in enumerate(block.axes)]
-
-
 def certificate_row(block: DobBlock) -> dict[str, str]:
     """A block's line in the table of certificates."""
     proof = block.certificate
@@ -104,7 +85,7 @@ def certificate_row(block: DobBlock) -> dict[str, str]:
         "states": str(block.observer.order),
         "gamma": number(proof.gamma, 5),
         "gamma_star": number(proof.gamma_star, 5),
-        "ratio": number(proof.gamma / proof.gamma_star, 5),
+        "ratio": number(verdicts(block).ratio, 5),
         "bandwidth": number(proof.estimation_bandwidth_hz, 3, "Hz"),
         "disk_margin": number(proof.disk_margin, 3),
         "delay_margin": plural(proof.delay_margin_samples, "sample"),
@@ -113,20 +94,19 @@ def certificate_row(block: DobBlock) -> dict[str, str]:
 
 def _section(block: DobBlock, index: int, dt: float) -> BlockSection:
     key = f"b{index}"
-    axes, loops = axis_responses(block, dt), loops_of(block, dt)
-    plant, observer = roots(block.problem.plant, dt), roots(block.observer, dt)
+    values = block_values(block, dt)
     return BlockSection(
         key=key,
         name=block.name,
         title=block.name if (block.name,) == block.axes else f"{block.name} ({listed(block.axes)})",
         row=certificate_row(block),
         diagram=_diagram(block, key, dt),
-        models=_models(block, dt, observer),
+        models=_models(block, values),
         coupled=len(block.axes) > 1,
         claims=(*claims(block, dt), *robust_claims(block)),
         further=further(block.certificate.extra),
-        responses=_response_figures(key, axes),
-        margins=[*_margin_figures(key, block, axes, loops, plant, observer), *robust_figures(key, block, dt)],
+        responses=_response_figures(key, values),
+        margins=[*_margin_figures(key, block, values), *robust_figures(key, block, values.bands)],
         tuning=[],
     )
 
@@ -145,20 +125,19 @@ def _diagram(block: DobBlock, key: str, dt: float) -> dict[str, str]:
     return {"key": key + "-diagram", "observer": observer, "delay_samples": str(tau), "delay": delay, **notes}
 
 
-def _models(block: DobBlock, dt: float, observer: Roots) -> list[tuple[str, str]]:
+def _models(block: DobBlock, values: BlockValues) -> list[tuple[str, str]]:
     problem = block.problem
     named = (
-        ("plant G(z)", problem.plant),
-        ("controller C(z)", problem.controller),
-        ("weight W_d(z)", problem.disturbance_weight),
-        ("weight W_n(z)", problem.noise_weight),
+        ("plant G(z)", problem.plant, values.plant),
+        ("controller C(z)", problem.controller, values.controller),
+        ("weight W_d(z)", problem.disturbance_weight, values.disturbance_weight),
+        ("weight W_n(z)", problem.noise_weight, values.noise_weight),
     )
-    poles = ", ".join(_root(pole) for pole in _upper(observer.poles))
-    return [(name, _model(data, dt)) for name, data in named] + [("observer D(z), poles", poles or "none")]
+    poles = ", ".join(_root(pole) for pole in _upper(values.observer.poles))
+    return [(name, _model(data, r)) for name, data, r in named] + [("observer D(z), poles", poles or "none")]
 
 
-def _model(data: StateSpaceData, dt: float) -> str:
-    r = roots(data, dt)
+def _model(data: StateSpaceData, r: Roots) -> str:
     if np.isfinite(r.gain):
         return transfer_function(r.zeros, r.poles, r.gain)
     outputs, inputs = data.D.shape
@@ -176,8 +155,8 @@ def _root(value: complex) -> str:
     return real if abs(value.imag) < 1e-9 else f"{real} ± {number(value.imag, 4)}j"
 
 
-def _response_figures(key: str, axes: list[AxisResponses]) -> list[PageFigure]:
-    charts = bode_charts
+def _response_figures(key: str, values: BlockValues) -> list[PageFigure]:
+    charts, axes = bode_charts, [axis.responses for axis in values.axes]
     return [
         figure(
             charts.figure_6(f"{key}-fig6", axes),
@@ -211,41 +190,41 @@ def _response_figures(key: str, axes: list[AxisResponses]) -> list[PageFigure]:
     ]
 
 
-def _margin_figures(
-    key: str, block: DobBlock, axes: list[AxisResponses], loops: Loops, plant: Roots, observer: Roots
-) -> list[PageFigure]:
-    closed = np.linalg.eigvals(loops.on.system.A).astype(complex)
-    found = []
-    for i, axis in enumerate(block.axes):
-        of = f" ({axis})" if len(block.axes) > 1 else ""
-        hertz = axes[i].of.frequency_hz
-        off, on = (open_loop(loop, i, hertz, loops.dt) for loop in (loops.off, loops.on))
-        margin, gust = axis_disk_margin(block, i), gust_response(loops, i, _TEST_MOMENT)
-        found += [
-            figure(
-                design_charts.nyquist(f"{key}-nyquist{i}", hertz, off, on, margin),
-                f"Margins{of}.",
-                f"Open loop, broken at u_e{' of this axis' if of else ''}, near −1. The dashed disk is its disk margin "
-                f"{number(margin, 3)}: the curve with the observer stays out of it.",
-            ),
-            figure(
-                design_charts.time_response(f"{key}-step{i}", "step", step_response(loops, i, _TEST_MOMENT)),
-                f"Step{of}.",
-                f"A disturbance of {_TEST_MOMENT:g} that begins at t = 0; rate loop closed, no attitude loop.",
-            ),
-            figure(
-                design_charts.time_response(f"{key}-gust{i}", "gust", gust),
-                f"Gust{of}.",
-                f"A gust of the shape ½ (1 − cos) that lasts {number(len(gust.t) // 2 * loops.dt, 3)} s and reaches "
-                f"{_TEST_MOMENT:g}.",
-            ),
-        ]
+def _margin_figures(key: str, block: DobBlock, values: BlockValues) -> list[PageFigure]:
+    found = [
+        each
+        for i, (axis, of) in enumerate(zip(block.axes, values.axes, strict=True))
+        for each in _axis_figures(key, i, of, f" ({axis})" if len(block.axes) > 1 else "")
+    ]
     found.append(
         figure(
-            design_charts.pole_zero_map(f"{key}-roots", plant, observer, closed),
+            design_charts.pole_zero_map(f"{key}-roots", values.plant, values.observer, values.closed_loop_poles),
             "Poles and zeros.",
             "Stable means that all poles of the closed loop and of the observer lie inside the unit circle. A plant "
             "zero outside it makes the plant non-minimum phase: it has no stable inverse.",
         )
     )
     return found
+
+
+def _axis_figures(key: str, i: int, axis: AxisValues, of: str) -> list[PageFigure]:
+    """`of` names the axis where there are several."""
+    hertz, margin = axis.responses.of.frequency_hz, axis.disk_margin
+    return [
+        figure(
+            design_charts.nyquist(f"{key}-nyquist{i}", hertz, axis.open_loop_off, axis.open_loop_on, margin),
+            f"Margins{of}.",
+            f"Open loop, broken at u_e{' of this axis' if of else ''}, near −1. The dashed disk is its disk margin "
+            f"{number(margin, 3)}: the curve with the observer stays out of it.",
+        ),
+        figure(
+            design_charts.time_response(f"{key}-step{i}", "step", axis.step),
+            f"Step{of}.",
+            f"A disturbance of {TEST_MOMENT:g} that begins at t = 0; rate loop closed, no attitude loop.",
+        ),
+        figure(
+            design_charts.time_response(f"{key}-gust{i}", "gust", axis.gust),
+            f"Gust{of}.",
+            f"A gust of the shape ½ (1 − cos) that lasts {number(axis.gust_s, 3)} s and reaches {TEST_MOMENT:g}.",
+        ),
+    ]

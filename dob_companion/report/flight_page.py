@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
+from dob_companion.analysis.design import axis_responses
 from dob_companion.artifact import AXES, DobDesign
 from dob_companion.report import bode_charts, flight_charts
-from dob_companion.report.design_page import axis_responses, certificate_row, dates
+from dob_companion.report.design_page import certificate_row, dates
 from dob_companion.report.page import PageFigure, figure, render
 from dob_companion.report.trace import FlightTrace
 from dob_companion.report.words import listed, number, plural

@@ -35,7 +35,7 @@ _TEMPLATES.filters["signals"] = _signals
 _WIDE = 800
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PageFigure:
     """A chart with its words, ready for the `figure` macro."""
 

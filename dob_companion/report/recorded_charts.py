@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from dob_companion.analysis.flight import OFF_STATES, ON_STATES, Spectrum, intervals_ms
+from dob_companion.analysis.recorded import RecordedFlight
 from dob_companion.artifact import AXES
 from dob_companion.flightlog.flown import with_holes
 from dob_companion.report.chart import Array, Band, Chart, Curve, Mark, Panel, Scale, envelope, symmetric
-from dob_companion.report.recorded import RecordedFlight
-from dob_companion.report.recorded_values import OFF_STATES, ON_STATES, Spectrum, intervals_ms
 from dob_companion.supervisor import State
 
 _WIDTH = 1120

@@ -2,22 +2,23 @@
 
 import numpy as np
 
-from dob_companion.artifact import AXES
-from dob_companion.companion.parameters import in_words
-from dob_companion.flightlog.flown import HOLE_SAMPLES, happenings, holes
-from dob_companion.report import recorded_charts as charts
-from dob_companion.report.page import PageFigure, figure, render
-from dob_companion.report.recorded import RecordedFlight
-from dob_companion.report.recorded_values import (
+from dob_companion.analysis.flight import (
     BANDS_HZ,
     OFF_STATES,
     ON_STATES,
+    Quantiles,
     Spectrum,
-    intervals_ms,
     spectrum,
+    summary,
     time_in_states,
     without_samples,
 )
+from dob_companion.analysis.recorded import RecordedFlight
+from dob_companion.artifact import AXES
+from dob_companion.companion.parameters import in_words
+from dob_companion.flightlog.flown import happenings
+from dob_companion.report import recorded_charts as charts
+from dob_companion.report.page import PageFigure, figure, render
 from dob_companion.report.words import number, plural
 
 MOST_CHANGES = 12
@@ -54,34 +55,25 @@ def recorded_page(flight: RecordedFlight, name: str) -> str:
 
 
 def _facts(flight: RecordedFlight) -> list[tuple[str, str]]:
-    steps, ages = intervals_ms(flight), flight.ages[np.isfinite(flight.ages)]
-    turns = 1e6 * flight.took
-    answered = int(np.sum(np.all(np.isfinite(flight.correction), axis=1)))
-    gaps = holes(flight.time)
-    usual = steps[steps <= HOLE_SAMPLES * float(np.median(steps))]
+    told = summary(flight)
+    holes = f"{plural(told.holes, 'hole')} in the samples, {_seconds(told.without_samples_s)} s in all"
     return [
-        ("gyro samples", f"{len(flight.time)}, {answered} of them answered"),
-        ("sample rate", f"{number(1e3 / float(np.mean(usual)), 4, 'Hz')} on the vehicle's stamps, holes left out"),
-        ("holes", f"{plural(int(gaps.sum()), 'hole')} in the samples, {_seconds(without_samples(flight))} s in all")
-        if without_samples(flight) > 0.0
-        else ("holes", "none in the samples"),
+        ("gyro samples", f"{told.samples}, {told.answered} of them answered"),
+        ("sample rate", f"{number(told.rate_hz, 4, 'Hz')} on the vehicle's stamps, holes left out"),
+        ("holes", holes if told.without_samples_s > 0.0 else "none in the samples"),
         *(("restart", f"the vehicle's clock began anew at {_seconds(at)} s") for at in flight.restarts),
-        ("delay", _quantiles(ages, "samples") + ", the age of a correction when it acts"),
-        ("turn of the loop", _quantiles(turns, "µs") + ", from waking to the last byte sent"),
-        ("largest correction", number(_largest(flight.correction), 3) + " of normalized torque"),
+        ("delay", _quantiles(told.age_samples, "samples") + ", the age of a correction when it acts"),
+        ("turn of the loop", _quantiles(told.turn_s, "µs", 1e6) + ", from waking to the last byte sent"),
+        ("largest correction", number(told.largest, 3) + " of normalized torque"),
         ("not recorded", plural(flight.lost, "turn") + " of the loop"),
     ]
 
 
-def _quantiles(values: np.ndarray, unit: str) -> str:
-    if not values.size:
+def _quantiles(of: Quantiles | None, unit: str, scale: float = 1.0) -> str:
+    if of is None:
         return "unknown"
-    median, p99, most = (float(v) for v in (np.median(values), np.percentile(values, 99), np.max(values)))
+    median, p99, most = scale * of.median, scale * of.p99, scale * of.most
     return f"median {number(median, 3)}, p99 {number(p99, 3)}, most {number(most, 3, unit)}"
-
-
-def _largest(values: np.ndarray) -> float:
-    return float(np.nanmax(np.abs(values))) if np.any(np.isfinite(values)) else float("nan")
 
 
 def _states(flight: RecordedFlight) -> list[tuple[str, str, str]]:
@@ -124,8 +116,7 @@ def _comparison(off: Spectrum, on: Spectrum) -> list[tuple[str, list[tuple[str, 
     named = [("all", None), *((f"{low:g}–{high:g} Hz", (low, high)) for low, high in BANDS_HZ)]
     rows = []
     for label, band in named:
-        before, after = off.rms(band), on.rms(band)
-        ratios = np.divide(before, after, out=np.full(3, np.nan), where=after > 0.0)
+        before, after, ratios = off.rms(band), on.rms(band), off.over(on, band)
         cells = [(number(before[i], 3), number(after[i], 3), number(ratios[i], 3)) for i in range(len(AXES))]
         rows.append((label, cells))
     return rows

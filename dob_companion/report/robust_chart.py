@@ -7,7 +7,7 @@ from dob_companion.report.chart import Array, Band, Chart, Curve, Mark, Panel, S
 from dob_companion.report.claims import Claim
 from dob_companion.report.page import PageFigure, figure
 from dob_companion.report.words import number
-from dob_companion.synthesis.robust.bands import Bands, Spread, robust_bands
+from dob_companion.synthesis.robust.bands import Bands, Spread
 
 
 def robust_claims(block: DobBlock) -> tuple[Claim, ...]:
@@ -34,9 +34,8 @@ def robust_claims(block: DobBlock) -> tuple[Claim, ...]:
     return (Claim(stable, "Robust over the stated uncertainty." if stable else "Not robust as far as stated.", text),)
 
 
-def robust_figures(key: str, block: DobBlock, dt: float) -> list[PageFigure]:
+def robust_figures(key: str, block: DobBlock, bands: Bands | None) -> list[PageFigure]:
     """One figure an axis; none without an uncertainty."""
-    bands = robust_bands(block, dt)
     if bands is None:
         return []
     found = []

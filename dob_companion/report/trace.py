@@ -28,7 +28,7 @@ _FIELDS: dict[str, tuple[Any, int]] = {
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FlightTrace:
     """One row per sample (250 Hz), hover axes in the order roll, pitch, yaw.
 

@@ -5,16 +5,17 @@ import select
 import signal
 import socket
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from dob_companion.companion import Companion, Event, Status
+from dob_companion.companion import Companion, Event
 from dob_companion.errors import NoVehicleError
 from dob_companion.flightlog.witness import Witness
 from dob_companion.mavlink import ComputerLoad, Severity
 from dob_companion.runtime.links import Link
 from dob_companion.runtime.priority import Warden, real_time
 from dob_companion.runtime.rehearsal import Rehearsal
+from dob_companion.runtime.witnesses import Witnesses
 
 EXIT_INTERRUPTED = 130
 LONGEST_WAIT_S = 0.2
@@ -29,6 +30,9 @@ READING_S = 0.004
 MOST_BYTES = 8192
 """Read in one turn at most: 0.09 s of a full line at 921600 baud. A vehicle whose samples have waited
 for longer has timed out, and is answered with zeros."""
+
+STATUS_EVERY_S = 0.1
+"""Between two pictures of the moment for whoever watches."""
 
 _LOAD_EVERY_S = 1.0
 
@@ -85,29 +89,24 @@ def serve(
     *,
     ready: str = "serving",
     timeout_s: float | None = None,
-    on_event: Callable[[Event], None],
-    on_status: Callable[[Status], None] | None = None,
-    status_every_s: float = 0.1,
-    on_turn: Callable[[float], None] = lambda _: None,
-    witness: Witness | None = None,
+    witnesses: Iterable[Witness] = (),
 ) -> int:
     """Say `ready`, then serve one companion on one link until SIGTERM (returns 0) or Ctrl-C (returns 130).
 
-    Both end with the fade and the zero of docs/interfaces.md. `on_turn` is called with the time in every turn of the
-    loop, several times a second at least, and must return at once; `witness` is told of every call that changes the
-    companion. Raises NoVehicleError when `timeout_s` passes without a vehicle's heartbeat.
+    Both end with the fade and the zero of docs/interfaces.md. The witnesses are told in their order; one that raises
+    is left out from then on. Raises NoVehicleError when `timeout_s` passes without a vehicle's heartbeat.
     """
     started = time.monotonic()
     give_up_at = started + timeout_s if timeout_s is not None else float("inf")
     next_status = next_load = started
-    witness = witness or Witness()
+    witness = Witnesses(witnesses)
     with real_time() as scheduling, Stop().installed() as stop, Warden(scheduling, started).on_duty() as warden:
-        on_event(Event.info(scheduling.words))
+        witness.event(Event.info(scheduling.words))
         rehearsal = Rehearsal(companion) if scheduling.granted else None
-        on_event(Event.info(ready))  # only now does a signal end in a fade
+        witness.event(Event.info(ready))  # only now does a signal end in a fade
         while not companion.closed:
             now = time.monotonic()
-            on_turn(now)
+            witness.begins(companion, now)
             if stop.signal is not None:
                 companion.close(now)
                 witness.closing(now)
@@ -116,21 +115,21 @@ def serve(
             if now >= next_load:
                 companion.load, next_load = _load(now - started), now + _LOAD_EVERY_S
                 witness.loaded(companion.load)
-            if on_status and now >= next_status:
-                on_status(companion.status())
-                next_status = now + status_every_s
-            until = min(next_status if on_status else now + LONGEST_WAIT_S, give_up_at)
+            if witness.watch and now >= next_status:
+                witness.status(companion, companion.status())
+                next_status = now + STATUS_EVERY_S
+            until = min(next_status if witness.watch else now + LONGEST_WAIT_S, give_up_at)
             woke = _turn(companion, link, stop, witness, rehearsal if scheduling.real_time else None, until)
             took = time.monotonic() - woke
             for event in [*companion.events(), *link.events()]:
-                on_event(event)
-            for trouble in filter(None, (witness.turned(companion, woke, took), warden.turned(woke + took))):
-                on_event(Event(Severity.WARNING, trouble))
+                witness.event(event)
+            for trouble in filter(None, (*witness.turned(companion, woke, took), warden.turned(woke + took))):
+                witness.event(Event(Severity.WARNING, trouble))
     return EXIT_INTERRUPTED if stop.signal == signal.SIGINT else 0
 
 
 def _turn(
-    companion: Companion, link: Link, stop: Stop, witness: Witness, rehearsal: Rehearsal | None, until: float
+    companion: Companion, link: Link, stop: Stop, witness: Witnesses, rehearsal: Rehearsal | None, until: float
 ) -> float:
     """Wait for the link, a signal or a deadline; then let the companion work and send what it says.
 
@@ -195,7 +194,7 @@ def _ready(ends: list[Link | Stop], until: float) -> list[Link | Stop]:
     return ready
 
 
-def _flush(companion: Companion, link: Link, witness: Witness) -> None:
+def _flush(companion: Companion, link: Link, witness: Witnesses) -> None:
     messages = companion.bytes_to_send()
     if messages:
         witness.said(messages)

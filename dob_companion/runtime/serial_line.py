@@ -5,6 +5,7 @@ import fcntl
 import os
 import struct
 import termios
+import threading
 import time
 
 import serial
@@ -45,20 +46,32 @@ class SerialLink(OutgoingLink):
         self._port: serial.Serial | None = None
         self._fd = -1
         self._retry_at = 0.0
+        self._opening: _Opening | None = None
         self._clocked = Clocked(self._rate)
         try:
-            self._open()
+            self._take(_opened(url))
         except _TROUBLE as problem:
             raise LinkBusyError(f"link {url}: cannot be opened: {problem}") from None
 
     def fileno(self) -> int:
         """The device's descriptor, -1 while it is gone."""
-        if self._port is None and time.monotonic() >= self._retry_at:
-            self._retry_at = time.monotonic() + REOPEN_S
-            with contextlib.suppress(*_TROUBLE):
-                self._open()
-                self._say("the device is back")
+        if self._port is None:
+            self._reopen(time.monotonic())
         return self._fd
+
+    def _reopen(self, now: float) -> None:
+        """Take the device that has come back, or begin to look for it."""
+        if self._opening is None:
+            if now >= self._retry_at:
+                self._opening = _Opening(self._url)
+            return
+        if self._opening.is_alive():
+            return
+        port, self._opening, self._retry_at = self._opening.port, None, now + REOPEN_S
+        if port is not None:
+            with contextlib.suppress(*_TROUBLE):  # gone again
+                self._take(port)
+                self._say("the device is back")
 
     def read(self) -> bytes | None:
         """The bytes that have come in."""
@@ -77,6 +90,8 @@ class SerialLink(OutgoingLink):
             self.flush()
             time.sleep(AHEAD_S / 4)
         self._let_go()
+        if self._opening is not None:
+            self._opening.give_up()
 
     def _up(self) -> bool:
         return self._port is not None
@@ -115,11 +130,39 @@ class SerialLink(OutgoingLink):
             self._port, self._fd = None, -1
         self._outbox.clear()
 
-    def _open(self) -> None:
-        self._port = serial.Serial(self._url.target, self._url.number, timeout=0, write_timeout=0, exclusive=True)
-        self._fd = int(self._port.fileno())
-        self._pseudo = os.major(os.fstat(self._fd).st_rdev) in _PSEUDO_TERMINALS
-        self._clocked = Clocked(self._rate)
+    def _take(self, port: serial.Serial) -> None:
+        fd = int(port.fileno())
+        self._pseudo = os.major(os.fstat(fd).st_rdev) in _PSEUDO_TERMINALS
+        self._port, self._fd, self._clocked = port, fd, Clocked(self._rate)
+
+
+def _opened(url: LinkUrl) -> serial.Serial:
+    return serial.Serial(url.target, url.number, timeout=0, write_timeout=0, exclusive=True)
+
+
+class _Opening(threading.Thread):
+    """Opens a device that may take its time: a driver waits for one that is just being plugged in, for seconds. `port`
+    is what came of it, None where it could not be opened."""
+
+    def __init__(self, url: LinkUrl) -> None:
+        super().__init__(daemon=True)
+        self.port: serial.Serial | None = None
+        self._url = url
+        self._wanted = True
+        self.start()
+
+    def run(self) -> None:
+        """Open it, and close it again if nobody waits any more."""
+        with contextlib.suppress(*_TROUBLE):
+            self.port = _opened(self._url)
+            if not self._wanted:
+                self.port.close()
+
+    def give_up(self) -> None:
+        """Nobody waits for it any more."""
+        self._wanted = False
+        if not self.is_alive() and self.port is not None:
+            self.port.close()
 
 
 class Clocked:

@@ -1,6 +1,7 @@
 """What every link shares: an outbox in front of the line, and words about what becomes of it."""
 
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 from dob_companion.companion import Event
@@ -12,9 +13,9 @@ TELL_EVERY_S = 10.0
 """Wall time between two lines about a line that is full."""
 
 
-class OutgoingLink:
-    """The writing half of a link. Whoever derives from it knows the line: `_room` is how many bytes it may be given
-    now, `_send` gives it some and returns how many it took, `_fail` lets go of one that raised OSError."""
+class OutgoingLink(ABC):
+    """The writing half of a link. Whoever derives from it knows the line: see its abstract
+    methods."""
 
     def __init__(self, url: LinkUrl, waiting_bytes: int) -> None:
         self._url = url
@@ -66,14 +67,18 @@ class OutgoingLink:
     def _warn(self, text: str) -> None:
         self._events.append(Event(Severity.WARNING, f"{self._url}: {text}"))
 
+    @abstractmethod
     def _up(self) -> bool:
-        raise NotImplementedError
+        """Whether there is a line."""
 
+    @abstractmethod
     def _room(self) -> int:
-        raise NotImplementedError
+        """Bytes that it may be given now."""
 
+    @abstractmethod
     def _send(self, data: bytes) -> int:
-        raise NotImplementedError
+        """Give it some; returns how many it took."""
 
+    @abstractmethod
     def _fail(self, problem: OSError) -> None:
-        raise NotImplementedError
+        """Let go of a line that raised."""

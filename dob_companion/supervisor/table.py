@@ -37,7 +37,7 @@ class State(IntEnum):
         return self in (State.RAMP_IN, State.ACTIVE, State.RAMP_OUT)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Conditions:
     """What is true at this sample.
 

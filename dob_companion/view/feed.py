@@ -17,7 +17,7 @@ import select
 import socket
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict
 from importlib.util import find_spec
 from typing import Any
@@ -28,50 +28,27 @@ from dob_companion.companion import PARAMETERS, Companion, Event, Status
 from dob_companion.errors import LinkBusyError
 from dob_companion.files.pipe import ProcessPipe
 from dob_companion.flightlog.witness import Witness
-from dob_companion.mavlink import ComputerLoad, Severity
+from dob_companion.mavlink import Severity
 
 _PIPE_BYTES = 1 << 16
 _PATIENCE_S = 1.0
 
 
 class LoopClock(Witness):
-    """How the loop does, counted in the loop; everything is passed on to `inner`."""
+    """How the loop does, counted in the loop."""
 
-    def __init__(self, inner: Witness, dt: float) -> None:
-        self.inner = inner
+    def __init__(self, dt: float) -> None:
         self.late = 0
         """turns that took longer than a sample"""
-        self.received_bytes = 0
         self._dt = dt
         self._longest_s = 0.0
         self._cpu = time.process_time(), time.monotonic()
 
-    def received(self, data: bytes, now: float) -> None:
-        """Count, and pass on."""
-        self.received_bytes += len(data)
-        self.inner.received(data, now)
-
-    def advanced(self, now: float) -> None:
-        """Pass on."""
-        self.inner.advanced(now)
-
-    def closing(self, now: float) -> None:
-        """Pass on."""
-        self.inner.closing(now)
-
-    def loaded(self, load: ComputerLoad) -> None:
-        """Pass on."""
-        self.inner.loaded(load)
-
-    def said(self, messages: Sequence[bytes]) -> None:
-        """Pass on."""
-        self.inner.said(messages)
-
-    def turned(self, companion: Companion, now: float, took_s: float) -> str:
-        """Count, and pass on."""
+    def turned(self, companion: Companion, now: float, took_s: float) -> str:  # noqa: ARG002
+        """Count."""
         self._longest_s = max(self._longest_s, took_s)
         self.late += took_s > self._dt
-        return self.inner.turned(companion, now, took_s)
+        return ""
 
     def take(self) -> dict[str, float]:
         """The longest turn and the share of one core since the last call, and all late turns."""

@@ -32,7 +32,7 @@ def no_delay() -> str:
 def make(work: Path) -> list[Section]:
     """Every section, from the paper's numbers alone; flights and sweeps leave their files in `work`."""
     for name, (spec, scenario) in FLIGHTS.items():
-        fly(Demo(spec, work / name, seed=1, fast=True, scenario=scenario), PlainScreen())
+        fly(Demo(spec=spec, out=work / name, seed=1, fast=True, scenario=scenario), PlainScreen())
     without_link = design_from_toml(no_delay(), str(SPEC))
     return [
         sweep.section(work / "sweep"),

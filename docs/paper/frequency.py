@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from dob_companion.analysis.design import AxisResponses
 from dob_companion.artifact import DobDesign
-from dob_companion.report.bode_charts import AxisResponses, figure_7, figure_8, figure_9, figure_10
+from dob_companion.report.bode_charts import figure_7, figure_8, figure_9, figure_10
 from dob_companion.report.chart import Chart
 from dob_companion.synthesis import Responses, block_responses
 from docs.paper.section import Number, Section

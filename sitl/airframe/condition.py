@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from sitl.attitude import Vector
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, kw_only=True)
 class Condition:
     """Mutable; the airframe reads it every sample.
 

@@ -19,6 +19,9 @@ START_US = 10_000_000
 TAKEN_OFF = 0.9
 """Share of the altitude asked for at which a take-off is over; sinking below it later is no second one."""
 
+STICKS_US = (1500,) * 4 + (1000,) * 14
+"""Pulses of RC channels 1 to 18 as nobody touches them, µs: sticks in the middle, switches down."""
+
 _SINGLES = struct.Struct("<3f")
 
 
@@ -60,6 +63,7 @@ class Vehicle:
         self.attitude_gain = attitude_gain
         self.attitude_command: Quaternion = LEVEL
         self.armed = False
+        self.pulses_us = list(STICKS_US)
         self.lockstep = False  # its clock is not the wall's; said in HEARTBEAT, changes no flight
         self.landing = False
         self.taking_off = False

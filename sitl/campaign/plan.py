@@ -39,7 +39,7 @@ class Inputs(NamedTuple):
     wind_m_s: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Campaign:
     """A checked campaign. `designs` maps names to the text of each design.json.
 

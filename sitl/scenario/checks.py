@@ -21,7 +21,7 @@ Numbers = NDArray[np.float64]
 Bounds = tuple[float, ...] | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Check:
     """One [[check]] of a scenario file. Without an axis, a measure that has axes is checked on each."""
 
@@ -157,7 +157,9 @@ def read_checks(tables: list[Table], length_s: float) -> tuple[Check, ...]:
             raise ScenarioError(f"{table.where('at_least')}: expected at_least, at_most or both")
         from_s = table.number("from_s", 0.0, length_s - 0.1, 0.0)
         to_s = table.number("to_s", from_s + 0.1, length_s) if table.has("to_s") else inf
-        checks.append(Check(measure, axes, low, high, from_s, to_s, state))
+        checks.append(
+            Check(measure=measure, axes=axes, at_least=low, at_most=high, from_s=from_s, to_s=to_s, state=state)
+        )
         table.finish()
     return tuple(checks)
 

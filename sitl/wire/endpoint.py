@@ -11,7 +11,7 @@ from math import inf, isfinite
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.autopilot.correction import Verdict
-from sitl.autopilot.vehicle import Sample
+from sitl.autopilot.vehicle import STICKS_US, Sample
 from sitl.flight import Flight
 from sitl.wire import ftp
 from sitl.wire.commands import Commands
@@ -149,6 +149,8 @@ class Endpoint:
             self._commands.receive(message, port)
         elif kind.startswith("PARAM_"):
             self._parameters.receive(message, port)
+        elif kind == "RC_CHANNELS_OVERRIDE":
+            self._override(message)
         elif kind == "MISSION_REQUEST_LIST":
             port.send(mavlink.MAVLink_mission_count_message(*source_of(message), 0))
         elif kind == "FILE_TRANSFER_PROTOCOL":
@@ -159,6 +161,16 @@ class Endpoint:
         elif kind == "TUNNEL" and link == COMPANION and message.payload_type == _TUNNELLED:
             stamp_us, x, y, z = struct.unpack("<Q3f", bytes(message.payload[:20]))
             self._correct(message, stamp_us, (x, y, z))
+
+    def _override(self, message: Message) -> None:
+        """Move sticks and switches as a ground station does (MAVProxy's `rc 7 2000`)."""
+        for i, at_rest in enumerate(STICKS_US):
+            self._stick(i, getattr(message, f"chan{i + 1}_raw"), at_rest, ignored=(65535,) if i < 8 else (65535, 0))
+
+    def _stick(self, channel: int, pulse_us: int, at_rest: int, *, ignored: tuple[int, ...]) -> None:
+        """0 lets a channel go, 65535 leaves it as it is; beyond the eighth 0 and 65534 have these meanings."""
+        if pulse_us not in ignored:
+            self.flight.vehicle.pulses_us[channel] = at_rest if pulse_us in (0, 65534) else pulse_us
 
     def _correct(self, message: Message, stamp_us: int, value: tuple[float, float, float]) -> None:
         """An answer of the companion: taken up or ignored, it is an answer to the sample whose stamp it bears."""

@@ -160,6 +160,10 @@ def _servo_output_raw(v: Vehicle, s: Sample) -> Message:
     return mavlink.MAVLink_servo_output_raw_message(s.stamp_us % 2**32, 0, *widths, 0, 0, 0, 0)
 
 
+def _rc_channels(v: Vehicle, s: Sample) -> Message:
+    return mavlink.MAVLink_rc_channels_message(s.stamp_us // 1000 % 2**32, len(v.pulses_us), *v.pulses_us, 255)
+
+
 def _vfr_hud(v: Vehicle, s: Sample) -> Message:
     heading = round(degrees(euler(s.quaternion)[2])) % 360
     above_sea = HOME_ALT / 1000.0 + v.airframe.altitude
@@ -181,5 +185,6 @@ BUILDERS: dict[int, Builder] = {
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: _home_position,
     mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: _servo_output_raw,
     mavlink.MAVLINK_MSG_ID_VFR_HUD: _vfr_hud,
+    mavlink.MAVLINK_MSG_ID_RC_CHANNELS: _rc_channels,
 }
 """Everything that can be streamed or requested, by message id."""

@@ -13,13 +13,13 @@ UDP = "udpin:127.0.0.1:14540"
 def lines_of(minutes, *, url=UDP, system=None, each_second=None):
     """All lines in so many minutes, with their times; `each_second` is what comes in each second."""
     companion = Companion(small_design())
-    heard, now, received = [], 0.0, 0
+    heard, now = [], 0.0
     waiting = Waiting(parse_link_url(url), system, lambda event: heard.append((now, event.text)), now)
     for now in range(60 * minutes):
         if each_second:
             companion.receive(each_second, now)
-            received += len(each_second)
-        waiting.turn(now, companion, received)
+            waiting.received(each_second, now)
+        waiting.begins(companion, now)
     return heard
 
 

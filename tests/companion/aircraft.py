@@ -1,13 +1,15 @@
 """An aircraft's end of the link for tests of the pure companion: real MAVLink bytes, simulated time."""
 
+import copy
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.artifact import Certificate, DobBlock, DobDesign, Problem, StateSpaceData, dumps
 from dob_companion.companion import Companion, CompanionConfig
+from dob_companion.flightlog.snapshot import Snapshots, restore
 from dob_companion.supervisor import State
 
 DT = 0.004
@@ -39,16 +41,18 @@ def small_design(axes=("roll", "pitch", "yaw"), delay_samples=1, delay_margin=3)
     observer = StateSpaceData([[0.5]], [[0.5, -0.5]], [[1.0]], [[0.0, 0.0]])
     blocks = tuple(
         DobBlock(
-            axis,
-            (axis,),
-            delay_samples,
-            observer,
-            Problem(gain(1.0), gain(0.1), StateSpaceData([[0.99]], [[0.01]], [[1.0]], [[0.0]]), gain(0.01)),
-            certificate,
+            name=axis,
+            axes=(axis,),
+            delay_samples=delay_samples,
+            observer=observer,
+            problem=Problem(gain(1.0), gain(0.1), StateSpaceData([[0.99]], [[0.01]], [[1.0]], [[0.0]]), gain(0.01)),
+            certificate=certificate,
         )
         for axis in axes
     )
-    return dumps(DobDesign(DT, delay_samples, blocks, "2026-01-01T00:00:00Z", "tests"))[1]
+    return dumps(
+        DobDesign(dt=DT, delay_samples=delay_samples, blocks=blocks, created="2026-01-01T00:00:00Z", generator="tests")
+    )[1]
 
 
 @dataclass
@@ -190,3 +194,18 @@ def texts(messages):
 
 def aircraft(config=None, **design):
     return Aircraft(Companion(small_design(**design), config or CompanionConfig()))
+
+
+class Kept:
+    """An aircraft as it was, to begin from again and again: to fly it there takes longer than what is tried then. What
+    was said until then is left out."""
+
+    def __init__(self, plane):
+        self._kind, self._newborn = type(plane), plane.companion.newborn
+        self._state = Snapshots(self._newborn()).take(plane.companion)
+        self._fields = {f.name: getattr(plane, f.name) for f in fields(plane) if f.name not in ("companion", "said")}
+
+    def again(self):
+        companion = self._newborn()
+        restore(companion, self._state)
+        return self._kind(companion, **copy.deepcopy(self._fields))

@@ -238,8 +238,10 @@ def test_a_simulation_that_is_held_up_is_not_silent_before_it_would_give_up_itse
     assert plane.companion.status().state is not State.ACTIVE
 
 
-def test_closing_fades_and_ends_with_a_zero():
+@pytest.mark.parametrize("ramp_s", [0.5, 5.0])
+def test_closing_fades_within_half_a_second_whatever_the_ramp_and_ends_with_a_zero(ramp_s):
     plane = aircraft().active()
+    plane.write("DOB_RAMP_S", ramp_s)
     plane.rates = (0.2, 0.0, 0.0)
     plane.pairs(50)
     plane.companion.close(plane.now)

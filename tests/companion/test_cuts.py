@@ -1,5 +1,7 @@
 """Cuts, stalls and lost messages, judged by what acts on the vehicle (docs/interfaces.md, Taking up a correction)."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,20 +9,25 @@ from hypothesis import strategies as st
 
 from dob_companion.companion import Companion, CompanionConfig
 from dob_companion.supervisor import State
-from tests.companion.aircraft import DT, corrections, small_design, texts
+from tests.companion.aircraft import DT, Kept, corrections, small_design, texts
 from tests.companion.takeup import DT_US, TakeUp, TakingAircraft
 
 WIND = 0.1
 
 
-def in_flight(**design):
+def in_flight():
     """Active, with a steady correction of -0.1 about roll acting on the vehicle."""
-    plane = TakingAircraft(Companion(small_design(**design), CompanionConfig()), takeup=TakeUp(largest=WIND))
+    return _kept().again()
+
+
+@cache
+def _kept():
+    plane = TakingAircraft(Companion(small_design(), CompanionConfig()), takeup=TakeUp(largest=WIND))
     plane.active()
     plane.wind = (WIND, 0.0, 0.0)
     plane.pairs(60)
     assert plane.applied[-1][0] == pytest.approx(-WIND, rel=1e-3)
-    return plane
+    return Kept(plane)
 
 
 def sizes(plane, since):
@@ -160,9 +167,23 @@ def live(plane, what, count, rng):
             plane.pairs(count)
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(spells, max_size=12), st.integers(0, 2**32 - 1))
+flights = given(st.lists(spells, max_size=12), st.integers(0, 2**32 - 1))
+
+
+@settings(max_examples=30, deadline=None)
+@flights
 def test_whatever_the_link_does_nothing_but_zero_reaches_a_vehicle_that_has_timed_out_until_a_ramp_in(flight, seed):
+    judged(flight, seed)
+
+
+@pytest.mark.proof
+@settings(max_examples=500, deadline=None, print_blob=True)
+@flights
+def test_hundreds_of_bad_links_bring_nothing_but_zero_to_a_vehicle_that_has_timed_out_until_a_ramp_in(flight, seed):
+    judged(flight, seed)
+
+
+def judged(flight, seed):
     plane, rng = in_flight(), np.random.default_rng(seed)
     for what, count in [*flight, ("fly", 50)]:
         live(plane, what, count, rng)

@@ -40,6 +40,19 @@ def test_a_list_request_is_answered_with_all_parameters_under_own_count_and_inde
     assert {(m.get_srcSystem(), m.get_srcComponent()) for m in found} == {(1, 191)}
 
 
+def test_a_flood_of_list_requests_is_answered_four_times_a_second(plane):
+    request = mav.MAVLink_param_request_list_message(1, 191)
+
+    def lists(seconds):
+        plane.now += seconds
+        return len(values(plane.deliver(*[request] * 100, by=plane.ground))) / len(NAMES)
+
+    assert lists(0.0) == 4
+    assert lists(0.1) == 0
+    lists(1.0)  # its requests come before the second is noticed
+    assert lists(0.1) == 4
+
+
 def test_a_list_request_to_another_component_is_none_of_our_business(plane):
     assert values(plane.deliver(mav.MAVLink_param_request_list_message(1, 1), by=plane.ground)) == []
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common as mav
 
-from dob_companion.mavlink.signing import OLDEST_NEW_STREAM, SigningGate, ticks
+from dob_companion.mavlink.signing import MOST_STREAMS, OLDEST_NEW_STREAM, SigningGate, ticks
 
 KEY, OTHER = bytes(range(32)), bytes(32)
 NOW = ticks(1_800_000_000.0)
@@ -79,6 +79,17 @@ def test_streams_do_not_disturb_one_another():
     gate = SigningGate(KEY, NOW)
     assert gate.admit(beat(peer(timestamp=NOW + 1000, component=1, system=1)))
     assert gate.admit(write(peer(timestamp=NOW - 1000)))
+
+
+def test_whoever_has_the_key_and_speaks_under_ever_new_ids_fills_no_memory():
+    gate = SigningGate(KEY, NOW)
+    others = [peer(system=1 + n % 250, component=1 + n // 250) for n in range(2 * MOST_STREAMS)]
+    admitted = [bool(gate.admit(write(other))) for other in others]
+    assert admitted == [True] * MOST_STREAMS + [False] * MOST_STREAMS
+    later = peer(timestamp=NOW + 2 * OLDEST_NEW_STREAM, system=1, component=1)
+    assert gate.admit(write(later))
+    assert gate.admit(write(peer(timestamp=NOW + 2 * OLDEST_NEW_STREAM, system=200, component=9)))
+    assert not gate.admit(write(peer(timestamp=NOW + 100, system=3, component=1)))  # forgotten, and too old to be new
 
 
 def test_a_forged_frame_from_the_future_does_not_lock_its_victim_out():

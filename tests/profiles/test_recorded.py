@@ -5,6 +5,7 @@ import gzip
 import pytest
 from pymavlink.dialects.v20 import common as mav
 
+from dob_companion.analysis.recorded import FlightReader
 from dob_companion.artifact import dumps
 from dob_companion.companion import Companion, CompanionConfig, parse_config
 from dob_companion.errors import ConfigError, InputError
@@ -13,7 +14,6 @@ from dob_companion.files.recorder import FlightRecorder
 from dob_companion.files.trace import SCHEMA, Kind, frame, json_item
 from dob_companion.flightlog.replay import Replay
 from dob_companion.mavlink import profiles
-from dob_companion.report.recorded import FlightReader
 from tests.companion.aircraft import Aircraft, small_design
 from tests.recorder.flights import Told, wait_until
 

@@ -45,7 +45,8 @@ class Told:
         out = self.companion.bytes_to_send()
         if out:
             self.recorder.said(out)
-        self.companion.events()
+        for event in self.companion.events():
+            self.recorder.event(event)
         trouble = self.recorder.turned(self.companion, self._now, 1e-4)
         self.turns += 1
         self.troubles += [trouble] * bool(trouble)

@@ -6,17 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pymavlink.dialects.v20 import common as mav
 
+from dob_companion.analysis.flight import OFF_STATES, ON_STATES, spectrum, time_in_states, without_samples
+from dob_companion.analysis.recorded import FlightReader
+from dob_companion.companion import Companion, parse_config
 from dob_companion.errors import InputError
 from dob_companion.files.playback import play
+from dob_companion.files.recorder import FlightRecorder
 from dob_companion.files.segments import traces_at
-from dob_companion.report.recorded import FlightReader
 from dob_companion.report.recorded_charts import rates, timeline
 from dob_companion.report.recorded_page import recorded_page
-from dob_companion.report.recorded_values import OFF_STATES, ON_STATES, spectrum, time_in_states, without_samples
-from dob_companion.supervisor import State
-from tests.companion.aircraft import DT, corrections, texts
-from tests.recorder.flights import recorded, run
+from dob_companion.supervisor import State, ages
+from tests.companion.aircraft import DT, Aircraft, corrections, small_design, texts
+from tests.recorder.flights import Told, end, recorded, run
 from tests.report.html import Page
 from tests.report.test_browser import _worked, chromium  # noqa: F401
 
@@ -204,6 +207,26 @@ def test_samples_that_come_twice_or_late_are_no_samples_of_the_page(tmp_path):
     flight = read(tmp_path)
     assert len(flight.time) == 200
     assert flight.restarts == ()
+
+
+def test_the_page_follows_the_system_that_was_configured_and_not_the_first_one_heard(tmp_path):
+    companion = Companion(small_design(), parse_config("system = 1", "configuration"))
+    recorder = FlightRecorder(tmp_path, companion, small_design(), "system = 1", now=0.0)
+    plane = Aircraft(Told(companion, recorder))
+    plane.deliver(mav.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3), by=mav.MAVLink(None, 7, 1))
+    plane.pairs(10)
+    end(recorder)
+    assert len(read(tmp_path).time) == 10
+
+
+def test_the_page_follows_from_one_vehicle_to_another_that_takes_its_place(tmp_path):
+    with recorded(tmp_path) as plane:
+        plane.pairs(10)
+        silence(plane, ages.VEHICLE_S + 1.0)
+        plane.out = mav.MAVLink(None, 7, 1)
+        plane.heartbeat()
+        plane.pairs(5)
+    assert len(read(tmp_path).time) == 15
 
 
 def test_the_page_is_whole_offline_and_says_what_the_comparison_is_worth(flown, capsys, tmp_path):

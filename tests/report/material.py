@@ -57,7 +57,9 @@ def coupled_design() -> DobDesign:
         ),
         certificate=made.certificate,
     )
-    return DobDesign(dt, 1, (block,), "2026-11-22T12:00:00Z", "dob-companion test")
+    return DobDesign(
+        dt=dt, delay_samples=1, blocks=(block,), created="2026-11-22T12:00:00Z", generator="dob-companion test"
+    )
 
 
 def one_block(**proof: Any) -> DobDesign:

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dob_companion.analysis.design import axis_responses
 from dob_companion.report import design_charts, draw
 from dob_companion.report.bode_charts import figure_8, figure_10
 from dob_companion.report.chart import Chart, Curve, Mark, Panel, Scale, envelope, rounded, symmetric
-from dob_companion.report.design_page import axis_responses
 from dob_companion.report.flight_charts import figure_13, still_air, switch_time, window_error
 from dob_companion.report.words import number, transfer_function
 from dob_companion.synthesis.certify.behaviour import Roots, gust_response, loops_of, open_loop, roots, step_response

@@ -11,10 +11,11 @@ import time
 import pytest
 
 from dob_companion.errors import LinkBusyError
-from dob_companion.runtime import LinkUrl, open_link
+from dob_companion.runtime import LinkUrl, open_link, serial_line
 from dob_companion.runtime.links import MOST_REFUSED
 from dob_companion.runtime.serial_line import AHEAD_S, Clocked
 from dob_companion.runtime.tcp import connections
+from tests.recorder.flights import wait_until as until
 from tests.runtime.messages import Ear, Talk
 
 PATIENCE_S = 5.0
@@ -176,16 +177,49 @@ def test_a_device_that_cannot_be_configured_when_it_comes_back_is_tried_again(mo
     with monkeypatch.context() as broken:
         broken.setattr(termios, "tcsetattr", _input_output_error)
         link._lose("for the test")
-        assert link.fileno() == -1
+        until(lambda: link.fileno() == -1 and link._opening is None)
         link.write(b"nobody there")
         assert link.read() is None
     link._retry_at = 0.0
-    assert link.fileno() >= 0
+    until(lambda: link.fileno() >= 0)
     assert [event.text.partition(": ")[2].partition(":")[0] for event in link.events()] == [
         "the device is gone",
         "the device is back",
     ]
     link.close()
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_device_that_takes_its_time_to_open_holds_nobody_up(monkeypatch):
+    master, slave = os.openpty()
+    link = open_link(LinkUrl("serial", os.ttyname(slave), 57600))
+    ready, opened = threading.Event(), serial_line._opened
+    monkeypatch.setattr(serial_line, "_opened", lambda url: ready.wait() and opened(url))
+    link._lose("for the test")
+    assert [link.fileno() for _ in range(1000)] == [-1] * 1000
+    assert link.read() is None
+    ready.set()
+    until(lambda: link.fileno() >= 0)
+    link.write(b"again")
+    assert os.read(master, 5) == b"again"
+    link.close()
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_device_that_opens_when_the_link_has_been_left_is_given_back(monkeypatch):
+    master, slave = os.openpty()
+    link = open_link(LinkUrl("serial", os.ttyname(slave), 57600))
+    ready, opened = threading.Event(), serial_line._opened
+    monkeypatch.setattr(serial_line, "_opened", lambda url: ready.wait() and opened(url))
+    link._lose("for the test")
+    link.fileno()
+    late = link._opening
+    link.close()
+    ready.set()
+    late.join()
+    assert not late.port.is_open
     os.close(master)
     os.close(slave)
 

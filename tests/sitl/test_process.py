@@ -30,25 +30,33 @@ def without_repeats(pairs: list[bytes]) -> list[bytes]:
     return list(dict.fromkeys(pairs))
 
 
-def test_a_lockstep_flight_is_the_same_bytes_every_time(tmp_path):
-    (first, out), (second, again) = (fly(tmp_path, name, "--seed", "3") for name in ("a", "b"))
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """The process of one flight, ended, and where it left its files."""
+    directory = tmp_path_factory.mktemp("flown")
+    with Sitl(short_scenario(directory), *LOCKSTEP, "-o", str(directory / "out")) as sitl:
+        code, err = sitl.finish()
+        assert code == 0, err
+    return sitl, directory / "out"
+
+
+def test_a_lockstep_flight_is_the_same_bytes_every_time(flown, tmp_path):
+    first, out = flown[0].pairs, flown[1]
+    second, again = fly(tmp_path, "again")
     assert len(without_repeats(first)) > 1000
     assert without_repeats(first) == without_repeats(second)
     assert (out / "result.json").read_bytes() == (again / "result.json").read_bytes()
     assert (out / "flight.npz").read_bytes() == (again / "flight.npz").read_bytes()
-    other, _ = fly(tmp_path, "c", "--seed", "4")
-    assert without_repeats(other) != without_repeats(first)
 
 
-def test_arming_from_the_ground_gives_the_same_flight_as_arming_itself(tmp_path):
-    own, out = fly(tmp_path, "a")
+def test_arming_from_the_ground_gives_the_same_flight_as_arming_itself(flown, tmp_path):
     armed, awaited = fly(tmp_path, "b", "--await-arming")
-    assert without_repeats(own) == without_repeats(armed)
-    assert (out / "result.json").read_bytes() == (awaited / "result.json").read_bytes()
+    assert without_repeats(flown[0].pairs) == without_repeats(armed)
+    assert (flown[1] / "result.json").read_bytes() == (awaited / "result.json").read_bytes()
 
 
-def test_what_a_flight_leaves_behind(tmp_path):
-    pairs, out = fly(tmp_path, "a")
+def test_what_a_flight_leaves_behind(flown):
+    pairs, out = flown[0].pairs, flown[1]
     result = json.loads((out / "result.json").read_text())
     assert result["schema"] == "dob-companion/flight-result/1"
     assert (result["scenario"], result["seed"], result["clock"]) == ("short", 1, "lockstep")
@@ -80,22 +88,23 @@ def test_what_a_flight_leaves_behind(tmp_path):
     np.testing.assert_array_equal([w[4:7] for w in wire], log["gyro"])
 
 
-def test_the_ground_station_is_told_how_the_flight_goes(tmp_path):
-    with Sitl(short_scenario(tmp_path), *LOCKSTEP) as sitl:
-        sitl.finish()
-        expected = ["hover reached", "window off", "waiting for DOB_ENABLE=1", "window on", "flight complete"]
-        assert list(dict.fromkeys(sitl.texts)) == [f"sitl: {t}" for t in expected]
-        beats = [m for m in sitl.at_ground if m.get_type() == "HEARTBEAT"]
-        assert all(m.base_mode & mavlink.MAV_MODE_FLAG_HIL_ENABLED for m in beats)
+def test_the_ground_station_is_told_how_the_flight_goes(flown):
+    expected = ["hover reached", "window off", "waiting for DOB_ENABLE=1", "window on", "flight complete"]
+    assert list(dict.fromkeys(flown[0].texts)) == [f"sitl: {t}" for t in expected]
+    beats = [m for m in flown[0].at_ground if m.get_type() == "HEARTBEAT"]
+    assert all(m.base_mode & mavlink.MAV_MODE_FLAG_HIL_ENABLED for m in beats)
 
 
-def test_a_flight_whose_notes_nobody_reads_any_more_is_flown_to_its_end(tmp_path):
-    with Sitl(short_scenario(tmp_path), *LOCKSTEP, "-o", str(tmp_path / "out")) as sitl:
+def test_a_flight_whose_notes_nobody_reads_any_more_is_flown_to_its_end_and_another_seed_is_another_flight(
+    flown, tmp_path
+):
+    with Sitl(short_scenario(tmp_path), *LOCKSTEP, "--seed", "4", "-o", str(tmp_path / "out")) as sitl:
         sitl.process.stderr.close()
         sitl.run()
         assert sitl.process.wait(20) == 0
         sitl.process.stderr = None
     assert json.loads((tmp_path / "out" / "result.json").read_text())["samples"] == 500
+    assert without_repeats(sitl.pairs) != without_repeats(flown[0].pairs)
 
 
 @pytest.mark.parametrize(

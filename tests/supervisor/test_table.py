@@ -7,7 +7,12 @@ import pytest
 from dob_companion.supervisor import Conditions, State, Supervisor
 from dob_companion.supervisor.table import TABLE
 
-ALL = [Conditions(*bits) for bits in product((False, True), repeat=8) if not (bits[6] and bits[7])]
+NAMES = ("wish", "fault", "data", "link", "flight", "model", "faded_in", "faded_out")
+ALL = [
+    Conditions(**dict(zip(NAMES, bits, strict=True)))
+    for bits in product((False, True), repeat=len(NAMES))
+    if not (bits[6] and bits[7])
+]
 
 
 def fitness(conditions):
@@ -79,7 +84,7 @@ def test_off_is_reached_from_every_state_by_the_operator_alone():
         supervisor = Supervisor()
         supervisor.state = start
         for _ in range(4):
-            supervisor.judge(Conditions(*[False] * 7, faded_out=True))
+            supervisor.judge(Conditions(**dict.fromkeys(NAMES, False) | {"faded_out": True}))
         assert supervisor.state is State.DISABLED
 
 

@@ -16,6 +16,7 @@ from dob_companion.lti.gramian import gramian
 from dob_companion.report.design_page import design_page
 from dob_companion.synthesis import parse_spec, synthesize
 from dob_companion.synthesis.plant.models import from_data
+from dob_companion.synthesis.tune import tuning as tuning_module
 from dob_companion.synthesis.tune.tuning import tune_block, tuned_design_from_toml
 from dob_companion.synthesis.tune.yardstick import Yardstick
 from tests.synthesis import paper
@@ -121,6 +122,7 @@ def test_the_yardstick_in_a_low_passs_weather_is_the_lyapunov_equations():
     assert spec.auto.disturbances == "disturbances through a 1 Hz low-pass"
 
 
+@pytest.mark.proof
 def test_a_delay_margin_that_is_asked_for_is_kept_and_costs_attenuation(pitch):
     auto = "least_delay_margin_samples = 4\nleast_disk_margin"
     design, (tuning,) = tuned_design_from_toml(auto_with("least_disk_margin", auto), "auto.toml")
@@ -200,7 +202,16 @@ def test_weights_may_be_left_out_only_where_they_are_to_be_found(tmp_path, capsy
     assert "plain.toml: key 'auto' is missing" in capsys.readouterr().err
 
 
-def test_the_command_prints_the_same_weights_again_and_the_page_draws_the_trade_off(tmp_path, capsys, pitch):
+@pytest.mark.proof
+def test_tuned_again_the_weights_are_the_same_to_the_last_bit(pitch):
+    _, (tuning,) = tuned_design_from_toml(PITCH, "auto.toml")
+    assert repr(tuning.disturbance) == repr(pitch[1].disturbance)
+    assert repr(tuning.noise) == repr(pitch[1].noise)
+
+
+def test_the_command_prints_the_weights_and_the_page_draws_the_trade_off(tmp_path, capsys, pitch, monkeypatch):
+    """The tuning itself is the one that this file has made already."""
+    monkeypatch.setattr(tuning_module, "tuned_design_from_toml", lambda *_: (pitch[0], (pitch[1],)))
     (spec := tmp_path / "auto.toml").write_text(PITCH, encoding="utf-8")
     assert main(["design", str(spec), "--auto", "-o", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr().out

@@ -10,7 +10,6 @@ import pytest
 
 from dob_companion.companion import Companion, Event
 from dob_companion.errors import LinkBusyError
-from dob_companion.flightlog.witness import Witness
 from dob_companion.view.feed import Feed, LoopClock
 from tests.companion.aircraft import DT, small_design
 from tests.view.watching import get, stream
@@ -39,7 +38,7 @@ def watched():
 def test_a_viewer_that_stands_still_loses_moments_and_holds_nothing_up(watched, companion):
     feed, port, pid, _ = watched
     os.kill(pid, signal.SIGSTOP)
-    clock = LoopClock(Witness(), DT)
+    clock = LoopClock(DT)
     for k in range(MANY):  # it returns: nothing here waits for the page
         status = replace(companion.status(), stepped=k)
         feed.moment(companion, status, clock)
@@ -62,7 +61,7 @@ def test_a_viewer_that_dies_is_reported_once_and_the_log_goes_on(watched, compan
     os.kill(pid, signal.SIGKILL)
     os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)
     for _ in range(3):
-        feed.moment(companion, companion.status(), LoopClock(Witness(), DT))
+        feed.moment(companion, companion.status(), LoopClock(DT))
     feed.event(Event.info("still here"))
     assert said == ["status page: its process has ended, no page until the next start; the loop goes on", "still here"]
 
@@ -70,7 +69,7 @@ def test_a_viewer_that_dies_is_reported_once_and_the_log_goes_on(watched, compan
 def test_numbers_that_are_not_finite_reach_the_page_as_null(watched, companion):
     feed, port, _, _ = watched
     odd = replace(companion.status(), rate_hz=math.inf, d_hat=(math.nan, 0.25, -math.inf))
-    feed.moment(companion, odd, LoopClock(Witness(), DT))
+    feed.moment(companion, odd, LoopClock(DT))
     with stream(port) as (_, said):
         while "moment" not in (seen := next(said)):
             pass
@@ -79,7 +78,7 @@ def test_numbers_that_are_not_finite_reach_the_page_as_null(watched, companion):
 
 
 def test_turns_that_take_longer_than_a_sample_are_counted(companion):
-    clock = LoopClock(Witness(), DT)
+    clock = LoopClock(DT)
     for took in (0.1 * DT, 0.9 * DT, 1.5 * DT, 0.2 * DT):
         clock.turned(companion, 0.0, took)
     first, second = clock.take(), clock.take()

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Responses:
     """Complex responses of shape (frequencies, outputs, inputs); m moments, p rates.
 

@@ -21,7 +21,7 @@ from dob_companion.lti.statespace import beside, diagonal
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class EstimationProblem:
     """Estimate z(k) = d(k + tau) from y_n(0…k) and u_e(0…k-1)::
 

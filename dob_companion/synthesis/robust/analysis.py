@@ -50,7 +50,7 @@ FACTOR_STEP = 0.01
 """Relative width to which the safe and the unsafe factor are bisected."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Robustness:
     """What is proved and what was seen.
 
@@ -118,7 +118,17 @@ def analyse(problem: Problem, observer: Any, uncertainty: Uncertainty) -> Robust
         sampled = max(hinf_norm(error_of(problem, observer, uncertainty, worst))[0], float(np.max(peaks)))
         bound, guard, cells = _performance(grids, uncertainty, sampled)
     nominal = max(_peak(grid.M22) for grid in grids[:2])
-    return Robustness(safe, unsafe, farthest, nominal, sampled, bound, guard, cells, worst)
+    return Robustness(
+        safe_factor=safe,
+        unsafe_factor=unsafe,
+        farthest=farthest,
+        gamma_nominal=nominal,
+        gamma_sampled=sampled,
+        gamma_bound=bound,
+        grid_guard=guard,
+        cells=cells,
+        worst=worst,
+    )
 
 
 def worth(problem: Problem, observer: Any, uncertainty: Uncertainty) -> tuple[bool, float]:

@@ -29,7 +29,7 @@ class Spread:
     high: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Bands:
     """Of each axis to itself, over frequency in Hz: d -> y on and off, d -> d - z^-tau d_hat, and what bounds it.
 
@@ -72,4 +72,12 @@ def robust_bands(block: DobBlock, dt: float) -> Bands | None:
     W_d = np.abs(np.diagonal(response(from_data(block.problem.disturbance_weight, dt), angles), axis1=1, axis2=2))
     bound = extra.get("robust_gamma_bound")
     allowed = bound / W_d if isinstance(bound, float) else None
-    return Bands(hertz, rate_off, rate_on, error, allowed, len(drawn[0]), len(seen))
+    return Bands(
+        frequency_hz=hertz,
+        rate_off=rate_off,
+        rate_on=rate_on,
+        error=error,
+        allowed=allowed,
+        stable=len(drawn[0]),
+        tried=len(seen),
+    )

@@ -175,7 +175,14 @@ def _replaced(channel: ChannelUncertainty, parameter: int, part: Interval) -> Ch
     rest = parts[1 + count :]
     modes = tuple(Mode(rest[2 * k], rest[2 * k + 1]) for k in range(len(channel.modes)))
     delay_, hertz, bound = channel.most_delay, channel.frequency_hz, channel.multiplicative
-    return ChannelUncertainty(parts[0], tuple(parts[1 : 1 + count]), modes, delay_, hertz, bound)
+    return ChannelUncertainty(
+        gain=parts[0],
+        poles=tuple(parts[1 : 1 + count]),
+        modes=modes,
+        most_delay=delay_,
+        frequency_hz=hertz,
+        multiplicative=bound,
+    )
 
 
 def _sample(uncertainty: Uncertainty, point: tuple[float, ...]) -> Sample:

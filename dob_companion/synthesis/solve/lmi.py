@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 cp: Any = cvxpy  # its own annotations are partial
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class LmiSolution:
     """What the solver returned; nothing here is believed until measured.
 
@@ -72,4 +72,11 @@ def solve_lmi(problem: EstimationProblem) -> LmiSolution | None:
         return None
     gains = K_z if isinstance(K_z, np.ndarray) else np.asarray(K_z.value)
     bound = lower_bound(problem, np.asarray(inequality.dual_value)[n : 2 * n + q, n : 2 * n + q])
-    return LmiSolution(task.status, float(gamma.value), bound, K, gains, float(task.solver_stats.solve_time or 0.0))
+    return LmiSolution(
+        status=task.status,
+        gamma=float(gamma.value),
+        dual_bound=bound,
+        K=K,
+        K_z=gains,
+        solve_time=float(task.solver_stats.solve_time or 0.0),
+    )

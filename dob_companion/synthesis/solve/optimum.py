@@ -28,7 +28,7 @@ WEAK = "Riccati infeasibility (bisection); LMI dual weaker"
 LMI = "LMI dual (Clarabel); Riccati equation without answer"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Optimum:
     """A lower bound on what any observer reaches, how it was found, and what found it.
 
@@ -113,7 +113,9 @@ def _judge(
     """
 
     def answer(level: float, method: str, gap: float) -> tuple[Optimum, float]:
-        return Optimum(white.level * level, method, posed, white, solution), gap
+        return Optimum(
+            gamma_star=white.level * level, method=method, problem=posed, white=white, solution=solution
+        ), gap
 
     dual = solution.dual_bound if solution else 0.0
     if bracket is not None:

@@ -36,7 +36,7 @@ ATTITUDE_GAIN = 6.5
 """Default of `attitude_gain`, 1/s: that of PX4's MC_ROLL_P and MC_PITCH_P and of the simulated vehicle."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AutoSpec:
     """What is asked of a tuning.
 

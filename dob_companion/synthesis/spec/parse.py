@@ -83,7 +83,7 @@ class Weight:
     own: tuple[tuple[int, Model], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class BlockSpec:
     """One block: a SISO axis, or several coupled ones. Only a spec with [auto] may leave the weights out."""
 
@@ -99,7 +99,7 @@ class BlockSpec:
     largest_order: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Spec:
     """A whole design spec. rate_hz in Hz; gamma_backoff > 1; delay_samples counts the link only."""
 
@@ -133,7 +133,7 @@ def parse_spec(text: str, source: str = "spec.toml", read: Reader | None = None)
     if not blocks:
         raise SpecError(f"{source}: block: expected at least one [[block]]")
     _refuse_shared_axes(source, blocks)
-    return Spec(rate, delay, backoff, blocks, source, auto)
+    return Spec(rate_hz=rate, delay_samples=delay, gamma_backoff=backoff, blocks=blocks, source=source, auto=auto)
 
 
 def _refuse_shared_axes(source: str, blocks: tuple[BlockSpec, ...]) -> None:

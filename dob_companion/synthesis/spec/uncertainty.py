@@ -44,7 +44,7 @@ class Mode:
     damping: Interval
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelUncertainty:
     """One plant input. `gain` is relative to the model (nominal 1), `poles` are real and discrete, `most_delay`
     counts samples beyond the model's, `multiplicative` is the largest |w| at `frequency_hz`, linear in between and
@@ -73,7 +73,9 @@ class ChannelUncertainty:
         if not sound:
             return None
         delay, bound = math.floor(k * self.most_delay + 1e-9), tuple(k * value for value in self.multiplicative)
-        return ChannelUncertainty(gain, poles, modes, delay, self.frequency_hz, bound)
+        return ChannelUncertainty(
+            gain=gain, poles=poles, modes=modes, most_delay=delay, frequency_hz=self.frequency_hz, multiplicative=bound
+        )
 
 
 @dataclass(frozen=True, slots=True)

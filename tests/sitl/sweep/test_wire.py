@@ -1,9 +1,6 @@
 """The sweep through MAVLink: in memory, and as two processes with a socket between them."""
 
-import subprocess
-import sys
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -36,23 +33,18 @@ def test_the_linear_airframe_is_found_again_through_the_wire():
     assert np.abs(gyro).max() < 2.0
 
 
-def test_a_sweep_of_one_axis_by_the_command_line_leaves_a_spec_and_a_figure(tmp_path):
+def test_a_sweep_of_one_axis_by_the_command_line_leaves_a_spec_and_a_figure(tmp_path, capsys, monkeypatch):
+    """The vehicle is a process; the sweep is a short one."""
+    monkeypatch.setattr("sitl.sweep.cli.Plan", lambda: SHORT)
     arguments = ("--airframe", "linear", "--axis", "roll", "--realizations", "2", "-o", str(tmp_path))
-    done = subprocess.run(
-        [sys.executable, "-m", "sitl.sweep", *arguments],
-        cwd=Path(__file__).parents[3],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    assert main([*arguments]) == 0
+    printed = capsys.readouterr().out
     (block,) = tomllib.loads((tmp_path / "plants.toml").read_text())["block"]
     assert block["axes"] == ["roll"]
     assert block["plant"]["gain"] == pytest.approx(ROLL.gain, rel=0.03)
     assert block["plant"]["zeros"] == [pytest.approx(ROLL.zero, abs=0.1)]
     assert block["plant"]["poles"] == [1.0, pytest.approx(ROLL.pole, abs=1e-3)]
-    assert "roll" in done.stdout
+    assert "roll" in printed
     assert (tmp_path / "roll.png").read_bytes().startswith(b"\x89PNG")
     saved = np.load(tmp_path / "roll.npz")
     assert saved["frequency"].shape == saved["response"].shape

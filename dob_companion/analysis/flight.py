@@ -1,7 +1,7 @@
-"""What the page of a recorded flight says in numbers: time in each state, and gyro rates without and with the observer.
+"""A recorded flight in numbers: time in each state, link and loop, and gyro rates without and with the observer.
 
-The two are compared by their spectra (P. D. Welch, IEEE Trans. Audio Electroacoust. 15(2), 1967), so that a band in
-which the observer cannot help does not hide one in which it does. Nothing here knows the disturbance.
+The last two are compared by their spectra (P. D. Welch, IEEE Trans. Audio Electroacoust. 15(2), 1967), so that a band
+in which the observer cannot help does not hide one in which it does. Nothing here knows the disturbance.
 """
 
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
+from dob_companion.analysis.recorded import Array, RecordedFlight
 from dob_companion.flightlog.flown import HOLE_SAMPLES, holes
-from dob_companion.report.recorded import Array, RecordedFlight
 from dob_companion.supervisor import State
 
 OFF_STATES = (State.DISABLED, State.TRACKING)
@@ -38,6 +38,66 @@ class Spectrum:
         step = self.hz[1] - self.hz[0]
         power: Array = np.sqrt(self.density[within].sum(axis=0) * step)
         return power
+
+    def over(self, other: "Spectrum", band: tuple[float, float] | None = None) -> Array:
+        """The RMS of each axis over that of another spectrum; NaN where the other is zero."""
+        mine, others = self.rms(band), other.rms(band)
+        ratio: Array = np.divide(mine, others, out=np.full(mine.shape, np.nan), where=others > 0.0)
+        return ratio
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantiles:
+    """Of how often something took how long."""
+
+    median: float
+    p99: float
+    most: float
+
+    @classmethod
+    def of(cls, values: Array) -> "Quantiles | None":
+        """Of the values (N,) that are finite; None when there is none."""
+        known = values[np.isfinite(values)]
+        if not known.size:
+            return None
+        return cls(median=float(np.median(known)), p99=float(np.percentile(known, 99)), most=float(np.max(known)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary:
+    """A flight in a few numbers.
+
+    samples, answered     gyro samples, and those that a correction answers
+    rate_hz               mean sample rate on the vehicle's stamps, holes left out
+    holes                 in the samples; without_samples_s is how long all of them were, with what follows the last one
+    age_samples, turn_s   age of a correction when it acts, and wall time of the loop's turns; None where unknown
+    largest               component of a correction, normalized torque; NaN without any
+    """
+
+    samples: int
+    answered: int
+    rate_hz: float
+    holes: int
+    without_samples_s: float
+    age_samples: Quantiles | None
+    turn_s: Quantiles | None
+    largest: float
+
+
+def summary(flight: RecordedFlight) -> Summary:
+    """The numbers of a flight."""
+    steps, corrections = intervals_ms(flight), flight.correction
+    usual = steps[steps <= HOLE_SAMPLES * float(np.median(steps))]
+    return Summary(
+        samples=len(flight.time),
+        answered=int(np.sum(np.all(np.isfinite(corrections), axis=1))),
+        rate_hz=1e3 / float(np.mean(usual)),
+        holes=int(holes(flight.time).sum()),
+        without_samples_s=without_samples(flight),
+        age_samples=Quantiles.of(flight.ages),
+        turn_s=Quantiles.of(flight.took),
+        largest=float(np.nanmax(np.abs(corrections))) if np.any(np.isfinite(corrections)) else float("nan"),
+    )
 
 
 def time_in_states(flight: RecordedFlight) -> dict[State, float]:

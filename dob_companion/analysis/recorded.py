@@ -1,6 +1,8 @@
 """A recorded flight as arrays: read from the messages that were exchanged, so that it needs no companion.
 
-`FlightReader` listens to a recording (the calls of `files.playback`); `flight` then gives the values of the page.
+`FlightReader` listens to a recording (the calls of `files.playback`); `flight` then gives its values. Which vehicle is
+obeyed, where the supervisor stands and the parameters it takes from what the recording says of them at its checkpoints
+(`flightlog.standing`), and changes of state as they were recorded.
 """
 
 import json
@@ -11,21 +13,23 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.companion import PARAMETERS, Parameters, parse_config
+from dob_companion.companion.obeyed import Obeyed
 from dob_companion.companion.samples import RESTART_US
 from dob_companion.errors import InputError
 from dob_companion.flightlog.flown import Change, FlightClock, Setting
+from dob_companion.flightlog.replay import recorded_config
+from dob_companion.flightlog.standing import Standing, reason_given, state_named
 from dob_companion.mavlink import AppliedMoment, Codec, GyroSample, Heartbeat, profiles
-from dob_companion.mavlink.spoken import Correction, SpokenReader, Telemetry, Text, Value
-from dob_companion.supervisor import State
+from dob_companion.mavlink.spoken import Correction, SpokenReader, Telemetry, Value
+from dob_companion.supervisor import RegimeLimits, State
 
 Array = NDArray[np.float64]
 
-THRUST_FLOOR = 0.05
+FLYING = RegimeLimits().throttle_floor
 """Thrust, 0…1, from which an aircraft counts as flying in the comparison: on the ground every gyro is quiet."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class RecordedFlight:
     """Times in s of flight time (see FlightClock); hover axes in the order roll, pitch, yaw.
 
@@ -112,7 +116,9 @@ class FlightReader:
 
     def __init__(self) -> None:
         self._first: Origin | None = None
-        self._codec, self._asked_profile = Codec(), profiles.AUTO
+        self._obeyed = Obeyed(None, profiles.AUTO, 0.0)
+        self._codec = Codec()
+        self._stood = False
         self._spoken = SpokenReader()
         self._state = State.DISABLED
         self._thrust = 0.0
@@ -134,23 +140,28 @@ class FlightReader:
         """A segment begins."""
         if self._first is None:
             self._first = segment
-            at_start = Parameters(parse_config(segment.config, "the recorded configuration").parameters)
-            for spec in PARAMETERS:
-                self._set(spec.name, at_start[spec.name])
-        profile = profiles.at_first(segment.profile) if self._codec.system is None else self._codec.profile
-        self._asked_profile = segment.profile
-        self._codec = Codec(self._codec.system, profile=profile, datagrams=segment.datagrams)
+        config = recorded_config(segment.config, segment.profile)
+        self._obeyed = Obeyed(config.system, segment.profile, self._now)
+        self._codec = Codec(profile=self._obeyed.profile, datagrams=segment.datagrams)
+        self._stood = False
 
-    def checkpoint(self, state: Mapping[str, Any]) -> None:
-        """The recorded state tells which vehicle is obeyed and where the supervisor stands."""
-        self._codec.system = state.get("_codec.system", self._codec.system)
-        flown = state.get("_codec.profile")
-        if flown is not None:
-            self._codec.profile = profiles.named(flown["Profile"])
-        named = state.get("loop.supervisor.state", {"enum": ["", "", "DISABLED"]})
-        self._state = State[named["enum"][2]]
-        for name, value in state.get("parameters._values", {"dict": []})["dict"]:
+    def checkpoint(self, state: Mapping[str, Any]) -> None:  # noqa: ARG002
+        """The program's own state: for a replay by the same version."""
+        self._stood = False
+
+    def standing(self, content: Mapping[str, Any]) -> None:
+        """Where the companion stands. Raises InputError, one line, when that is not said as declared."""
+        standing = Standing.read(content)
+        self._stood = True
+        self._obeys(standing.system, profiles.named(standing.profile))
+        self._state = standing.state
+        for name, value in standing.parameters.items():
             self._set(name, value)
+
+    def changed(self, content: Mapping[str, Any]) -> None:
+        """The supervisor's state has changed. Raises InputError, one line, when that is not said as declared."""
+        self._state = state_named(content)
+        self._changes.append((self._now, self._state, reason_given(content)))
 
     def lost(self, turns: int) -> None:
         """So many turns are missing."""
@@ -162,14 +173,13 @@ class FlightReader:
         for fact in self._codec.facts(data):
             match fact:
                 case GyroSample():
+                    self._obeyed.gyro_at = now
                     self._sample(fact, now)
                 case AppliedMoment():
                     self._thrust = fact.thrust
                     self._ages.append(fact.age_samples if fact.age_samples >= 0.0 else np.nan)
-                case Heartbeat() if self._codec.system is None and fact.make:
-                    profile = profiles.choose(self._asked_profile, fact.make)
-                    if profile is not None:
-                        self._codec.system, self._codec.profile = fact.system, profile
+                case Heartbeat() if fact.make:
+                    self._heartbeat(fact, now)
 
     def said(self, message: bytes) -> None:
         """The companion answered."""
@@ -180,8 +190,6 @@ class FlightReader:
                     self._answers.setdefault(row, moment)
             case Telemetry() as told:
                 self._telemetry.append((self._now, told.d_hat, told.rate_hz))
-            case Text(_, text):
-                self._note(text)
             case Value(name, value):
                 self._set(name, value)
 
@@ -211,29 +219,29 @@ class FlightReader:
         missing = (np.nan,) * 3
         told = self._telemetry or [(came[0], missing, np.nan)]
         return RecordedFlight(
-            self._first.started,
-            self._first.machine,
-            self._first.generator,
-            str(json.loads(self._first.design).get("sha256", "")),
-            clock.time,
-            stamp_us,
-            float(max(clock.at(self._now), clock.time[-1])),
-            clock.restarts,
-            np.array(rates),
-            np.array(states, dtype=np.int8),
-            np.array(flying),
-            np.array([self._answers.get(row, missing) for row in range(len(stamps))]),
-            clock.at([at for at, _, _ in told]),
-            np.array([d_hat for _, d_hat, _ in told]),
-            np.array([rate for _, _, rate in told]),
-            np.array(self._ages, dtype=np.float64),
-            np.array(self._took, dtype=np.float64),
-            tuple(Change(float(clock.at(at)), state, why) for at, state, why in self._changes),
-            (
+            started=self._first.started,
+            machine=self._first.machine,
+            generator=self._first.generator,
+            design=str(json.loads(self._first.design).get("sha256", "")),
+            time=clock.time,
+            stamp_us=stamp_us,
+            ended=float(max(clock.at(self._now), clock.time[-1])),
+            restarts=clock.restarts,
+            gyro=np.array(rates),
+            state=np.array(states, dtype=np.int8),
+            flying=np.array(flying),
+            correction=np.array([self._answers.get(row, missing) for row in range(len(stamps))]),
+            told=clock.at([at for at, _, _ in told]),
+            d_hat=np.array([d_hat for _, d_hat, _ in told]),
+            rate_hz=np.array([rate for _, _, rate in told]),
+            ages=np.array(self._ages, dtype=np.float64),
+            took=np.array(self._took, dtype=np.float64),
+            changes=tuple(Change(float(clock.at(at)), state, why) for at, state, why in self._changes),
+            settings=(
                 *(Setting(-np.inf, name, value) for name, value in (self._at_start or {}).items()),
                 *(Setting(float(clock.at(at)), name, value) for at, name, value in self._settings),
             ),
-            self._lost,
+            lost=self._lost,
         )
 
     def _sample(self, sample: GyroSample, now: float) -> None:
@@ -244,9 +252,25 @@ class FlightReader:
         if newest is not None and stamp < newest:
             self._row_of.clear()  # stamps of the boot before mean nothing any more
         self._newest_us, self._row_of[stamp] = stamp, len(self._gyro)
-        self._gyro.append((now, stamp, sample.rates, self._state, self._thrust >= THRUST_FLOOR))
+        self._gyro.append((now, stamp, sample.rates, self._state, self._thrust >= FLYING))
+
+    def _heartbeat(self, beat: Heartbeat, now: float) -> None:
+        injecting = self._state.injecting
+        if beat.system != self._obeyed.system and self._obeyed.may_become(beat.system, now, injecting=injecting):
+            profile = self._obeyed.profile_for(beat)
+            if profile is not None:
+                self._obeys(beat.system, profile)
+        if beat.system == self._obeyed.system:
+            self._obeyed.beat(now, simulated=beat.simulated)
+
+    def _obeys(self, system: int | None, profile: profiles.Profile) -> None:
+        self._obeyed.system = self._codec.system = system
+        self._obeyed.profile = self._codec.profile = profile
 
     def _goes_on(self, now: float) -> None:
+        if not self._stood:
+            by = self._first.generator if self._first else "its program"
+            raise InputError(f"{by} did not record where the companion stands; only that version makes a page of it")
         self._now = now
         if self._at_start is None:
             self._at_start = dict(self._values)
@@ -257,11 +281,3 @@ class FlightReader:
         self._values[name] = value
         if self._at_start is not None:
             self._settings.append((self._now, name, value))
-
-    def _note(self, text: str) -> None:
-        """A text like `DOB ACTIVE: faded in` is a change of state."""
-        head, _, reason = text.partition(": ")
-        name = head.removeprefix("DOB ")
-        if head.startswith("DOB ") and name in State.__members__:
-            self._state = State[name]
-            self._changes.append((self._now, self._state, reason))
