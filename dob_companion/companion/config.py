@@ -3,15 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 from dob_companion import toml
 from dob_companion.companion.parameters import PARAMETERS, fits
 from dob_companion.errors import ConfigError
 from dob_companion.mavlink import CORRECTION_MESSAGES, profiles
-from dob_companion.supervisor import RegimeLimits
+from dob_companion.supervisor import FirstEnabling, RegimeLimits
 
 REGIME_RANGES = {"throttle_floor": (0.0, 1.0, False), "kill_channel": (0, 18, True), "kill_above": (800, 2200, True)}
+FIRST_RANGES = {"seconds": (0.1, 60.0, False)}
 RECORD_RANGES = {"mb": (0.1, 1e6, False), "segments": (2, 1_000_000, True)}
 """Least and greatest value of a number, and whether it is whole. One segment is being written, so two are the least."""
 
@@ -43,6 +45,7 @@ class CompanionConfig:
     state_directory     where the operator's settings are kept; None keeps nothing
     signing_key_file    the key of MAVLink 2 signing; None means that nothing is signed or checked
     regime              when the aircraft counts as flying, and the kill switch
+    first_enabling      how a correction is faded in that has not yet been carried in a flight
     record              where flights are recorded, and how much is kept
     """
 
@@ -53,6 +56,7 @@ class CompanionConfig:
     state_directory: str | None = None
     signing_key_file: str | None = None
     regime: RegimeLimits = field(default_factory=RegimeLimits)
+    first_enabling: FirstEnabling = field(default_factory=FirstEnabling)
     record: Recording = field(default_factory=Recording)
 
 
@@ -70,6 +74,9 @@ def parse_config(text: str, source: str) -> CompanionConfig:
         regime=RegimeLimits(
             **_numbers(table.table("regime", REGIME_RANGES), REGIME_RANGES) if "regime" in table else {}
         ),
+        first_enabling=_first_enabling(table.table("first_enabling", ("shares", *FIRST_RANGES)))
+        if "first_enabling" in table
+        else FirstEnabling(),
         record=_recording(table.table("record", ("dir", *RECORD_RANGES))) if "record" in table else Recording(),
     )
 
@@ -84,6 +91,16 @@ def _path(table: toml.Table, key: str) -> str | None:
 
 def _recording(table: toml.Table) -> Recording:
     return Recording(_path(table, "dir"), **_numbers(table, RECORD_RANGES))
+
+
+def _first_enabling(table: toml.Table) -> FirstEnabling:
+    numbers = _numbers(table, FIRST_RANGES)
+    if "shares" not in table:
+        return FirstEnabling(**numbers)
+    shares = table.numbers("shares")
+    if not all(low < high for low, high in pairwise([0.0, *shares, 1.0])):
+        raise ConfigError(f"{table.where}: shares: expected rising numbers between 0 and 1, got {list(shares)}")
+    return FirstEnabling(shares, **numbers)
 
 
 def _numbers(table: toml.Table, ranges: Mapping[str, tuple[float, float, bool]]) -> dict[str, Any]:

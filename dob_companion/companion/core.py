@@ -70,7 +70,7 @@ class Companion:
         self.newborn: Callable[[], Companion] = lambda: Companion(design, config, now=now, datagrams=datagrams)
         """Builds a companion as this one was before it had heard anything."""
         self.parameters = Parameters(config.parameters)
-        self.loop = DobLoop(design, self.parameters, config.regime)
+        self.loop = DobLoop(design, self.parameters, config.regime, config.first_enabling)
         self.load = ComputerLoad()
         self.closed = False
         self._obeyed = Obeyed(config.system, config.profile, now)

@@ -19,10 +19,12 @@ from dob_companion.supervisor import (
     Conditions,
     CorrectionShaper,
     Echo,
+    FirstEnabling,
     LinkGate,
     RegimeLimits,
     RoundTrip,
     State,
+    Steps,
     Supervisor,
     Transition,
 )
@@ -34,6 +36,9 @@ SETTLING_TIMES = 5.0
 LEAST_SETTLING_S = 0.1
 LONGEST_CLOSING_S = 0.5
 """A correction is faded for so long at most when the companion leaves, whatever the operator's ramp is."""
+
+EMERGENCY_RAMP_S = 0.1
+"""An oscillation that we drive is faded in so long, where DOB_RAMP_S is longer; nothing else is."""
 
 JUDGE_EVERY = 25
 """Samples between two judgements of the link (0.1 s at 250 Hz)."""
@@ -59,18 +64,27 @@ class DobLoop:
     loses nothing but time: the next fact does.
     """
 
-    def __init__(self, design: DobDesign, parameters: Parameters, limits: RegimeLimits | None = None) -> None:
+    def __init__(
+        self,
+        design: DobDesign,
+        parameters: Parameters,
+        limits: RegimeLimits | None = None,
+        first_enabling: FirstEnabling | None = None,
+    ) -> None:
         slowest = max(block.certificate.slowest_mode_s for block in design.blocks)
         delay = min(block.delay_samples for block in design.blocks)
         p95 = min(block.delay_samples + block.certificate.delay_margin_samples for block in design.blocks)
-        self._newborn: Callable[[], DobLoop] = lambda: DobLoop(design, parameters, limits)
+        self._newborn: Callable[[], DobLoop] = lambda: DobLoop(design, parameters, limits, first_enabling)
         self.dt = design.dt
         self.gate = LinkGate(1.0 / design.dt, delay, p95 - delay)
         self.round_trip = RoundTrip()
         self.watch = Watch(design, limits or RegimeLimits())
         self.supervisor = Supervisor()
         settings = parameters.settings
-        self.shaper = CorrectionShaper(settings.axes, settings.gain, settings.limit)
+        self.shaper = CorrectionShaper(
+            settings.axes, settings.gain, settings.limit, memory=round(EMERGENCY_RAMP_S / design.dt)
+        )
+        self._steps = Steps(first_enabling or FirstEnabling(), design.dt)
         self.d_hat: Axes3 = (0.0, 0.0, 0.0)
         self.answer: Answer | None = None
         self.closing = False
@@ -82,6 +96,7 @@ class DobLoop:
         self._settling = math.ceil(max(SETTLING_TIMES * slowest, LEAST_SETTLING_S) / design.dt)
         self._settled = 0
         self._fault = ""
+        self._emergency = False
         self._data_why = "no samples yet"
         self._samples = 0
         self._finished: tuple[Inputs, ...] | None = None
@@ -200,6 +215,7 @@ class DobLoop:
             self.gate.clear()
             self.watch.regime.forget()
             self.shaper.drop()  # a vehicle that has started anew holds no correction that could be faded
+            self._steps.forget()
             self._start_anew("vehicle clock jumped back")
         if arrived.arrival is Arrival.GAP:
             self._fade_from_here(arrived)
@@ -233,7 +249,7 @@ class DobLoop:
         self._samples += 1
         if self._samples % JUDGE_EVERY == 0:
             self.gate.judge(answer.stamp_us)
-            self._latch(self.watch.judge(self.injecting))
+            self._rings(self.watch.judge(self.injecting))
 
     def answer_left(self, stamp_us: int) -> None:
         """The answer to this sample has been handed to the link, those before it with it or not at all."""
@@ -257,6 +273,7 @@ class DobLoop:
             self.gate.takeup.reported(applied.stamp_us, age)
             self.gate.delay.add(applied.stamp_us, self.round_trip.delay_samples(self.dt) if math.isnan(age) else age)
             self._latch(self.watch.applied(applied))
+            self._rings(self.watch.growing)
 
     def operator_wrote(self) -> None:
         """A parameter has changed: an "off" clears a fault, and the state follows even when no samples come."""
@@ -276,12 +293,25 @@ class DobLoop:
             self.shaper.drop()
         self._judge()
         asked, state = self._parameters.settings, self.supervisor.state
-        fade_in = state is State.ACTIVE or state is State.RAMP_IN
+        if self.watch.regime.down:
+            self._steps.forget()
+        f = self._steps.target(self.shaper.f, state is State.ACTIVE or state is State.RAMP_IN)
         ramp_s = min(asked.ramp_s, LONGEST_CLOSING_S) if self.closing else asked.ramp_s
-        step = self.dt / ramp_s if ramp_s > self.dt else 1.0
-        self.shaper.move(fade_in, asked.axes, asked.gain, asked.limit, step)
+        step = f_step = self._step(ramp_s)
+        if self._emergency:
+            f, f_step = 0.0, self._step(min(ramp_s, EMERGENCY_RAMP_S))
+        self.shaper.move(f, f_step, asked.axes, asked.gain, asked.limit, step)
+        return Answer(stamp_us, self._correction())
+
+    def _correction(self) -> Axes3:
+        if self._emergency:
+            self._emergency = self.injecting
+            return self.shaper.let_go()
         trusted = self._data_good and not self._fault
-        return Answer(stamp_us, self.shaper.shape(self.d_hat) if trusted else self.shaper.hold())
+        return self.shaper.shape(self.d_hat) if trusted else self.shaper.hold()
+
+    def _step(self, ramp_s: float) -> float:
+        return self.dt / ramp_s if ramp_s > self.dt else 1.0
 
     def _judge(self) -> None:
         reasons, f = self._reasons(), self.shaper.f
@@ -338,6 +368,12 @@ class DobLoop:
         estimate = self._observer.estimate(gap.rates)
         if gap.finished and _finite(estimate):
             self.shaper.lower(estimate)
+
+    def _rings(self, why: str) -> None:
+        """The loop that we close rings. It is opened at once, also while the correction fades for another reason."""
+        if why and self.injecting:
+            self._emergency = True
+            self._latch(why)
 
     def _start_anew(self, why: str) -> None:
         self._observer.reset()

@@ -35,7 +35,7 @@ class Watch:
         self.axes = AxisCheck(design)
         self.bounds = EstimateBounds(design.dt)
         self.echo = Echo(design.dt)
-        self.model_why = ""
+        self.model_why = self.growing = ""
         self._innovation = Innovation(design)
         self._saturation = Saturation(design.dt)
         self._due: list[Inputs] = []
@@ -49,12 +49,13 @@ class Watch:
         self._due.extend(inputs)
 
     def applied(self, moment: AppliedMoment) -> str:
-        """A moment that was taken in. Returns a fault in words, or ""."""
+        """A moment that was taken in. Returns a fault in words, or ""; `growing` then is up to date."""
         self.regime.throttle(moment.thrust)
         self._saturation.add(moment.moment)
         injected = any(moment.correction)
+        self.growing = ""
         for inputs in self._due:
-            self._innovation.add(*inputs)
+            self.growing = self._innovation.add(*inputs, moment.correction) or self.growing
             if not injected:  # the check is about the controller's own moment
                 self.axes.add(*inputs)
             else:
@@ -64,7 +65,7 @@ class Watch:
         return "corrections come back changed" if foreign else ""
 
     def judge(self, injecting: bool) -> str:
-        """The slower judgements, several times a second. Returns a fault in words, or ""."""
+        """The slower judgements, several times a second. Returns the axis that rings, in words, or ""."""
         errors = self.axes.errors()
         self.model_why = errors[0] if errors else ("moment at its stops" if self._saturation.excessive else "")
         return self._innovation.why_not() if injecting else ""
@@ -75,3 +76,4 @@ class Watch:
         self.bounds.clear()
         self.axes.interrupt()
         self._innovation.clear()
+        self.growing = ""

@@ -2,9 +2,11 @@
 
 from dob_companion.supervisor.axes import AxisCheck
 from dob_companion.supervisor.fade import CorrectionShaper
-from dob_companion.supervisor.health import Echo, EstimateBounds, Innovation, Saturation
+from dob_companion.supervisor.health import Echo, EstimateBounds, Saturation
 from dob_companion.supervisor.monitors import DelayMonitor, Hysteresis, LinkGate, RateMonitor, RoundTrip, percentile
 from dob_companion.supervisor.regime import Air, FlightRegime, RegimeLimits
+from dob_companion.supervisor.ringing import Innovation
+from dob_companion.supervisor.steps import FirstEnabling, Steps
 from dob_companion.supervisor.table import Conditions, State, Supervisor, Transition
 from dob_companion.supervisor.takeup import TakeUp
 
@@ -16,6 +18,7 @@ __all__ = [
     "DelayMonitor",
     "Echo",
     "EstimateBounds",
+    "FirstEnabling",
     "FlightRegime",
     "Hysteresis",
     "Innovation",
@@ -25,6 +28,7 @@ __all__ = [
     "RoundTrip",
     "Saturation",
     "State",
+    "Steps",
     "Supervisor",
     "TakeUp",
     "Transition",

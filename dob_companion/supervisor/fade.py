@@ -3,6 +3,7 @@
 In plain numbers: at three values each, arrays would cost several times as much.
 """
 
+from collections import deque
 from collections.abc import Sequence
 
 Axes3 = tuple[float, float, float]
@@ -12,25 +13,31 @@ class CorrectionShaper:
     """Turns d_hat into the correction that is sent (docs/interfaces.md).
 
     f is the common fade, a the fade of each axis, g the gain. Each of them, and the limit, moves by at most
-    dt / ramp a sample, so no write of a parameter can step the aircraft. Outputs are normalized torque, by axis.
+    dt / ramp a sample, so no write of a parameter can step the aircraft; f alone has a faster ramp, for an emergency.
+    Outputs are normalized torque, by axis.
 
     `shape` computes from a fresh estimate. `hold` computes nothing: it fades the last value that `shape` made, and
     keeps doing so until the fade has ended, because a correction is never recomputed after doubtful data.
+
+    `let_go` opens a loop that rings: nothing comes from the estimate any more. What it fades from is the mean of the
+    last `memory` samples, because a swing of theirs, held, would throw the aircraft to that side.
     """
 
-    __slots__ = ("_held", "_holding", "_limit", "a", "f", "g")
+    __slots__ = ("_held", "_holding", "_limit", "_past", "a", "f", "g")
 
-    def __init__(self, mask: Sequence[bool], gain: float, limit: float) -> None:
+    def __init__(self, mask: Sequence[bool], gain: float, limit: float, memory: int = 25) -> None:
         self.f = 0.0
         self.a: Axes3 = (float(mask[0]), float(mask[1]), float(mask[2]))
         self.g = gain
         self._limit = limit
         self._held: Axes3 = (0.0, 0.0, 0.0)
         self._holding = False
+        self._past: deque[Axes3] = deque([self._held], maxlen=memory)
 
-    def move(self, fade_in: bool, mask: Sequence[bool], gain: float, limit: float, step: float) -> None:
-        """Advance one sample: f towards 1 or 0, a, g and limit towards their settings, each by at most `step`."""
-        self.f = _towards(self.f, 1.0 if fade_in else 0.0, step)
+    def move(self, f: float, f_step: float, mask: Sequence[bool], gain: float, limit: float, step: float) -> None:
+        """Advance one sample: the fade towards `f` by at most `f_step`, a, g and limit towards their settings by at
+        most `step`."""
+        self.f = _towards(self.f, f, f_step)
         roll, pitch, yaw = self.a
         self.a = _towards(roll, mask[0], step), _towards(pitch, mask[1], step), _towards(yaw, mask[2], step)
         self.g = _towards(self.g, gain, step)
@@ -42,6 +49,7 @@ class CorrectionShaper:
         """The correction for a fresh, finite estimate."""
         if not self._holding:
             self._held = self._asked(d_hat)
+            self._past.append(self._held)
         return self._faded()
 
     def lower(self, d_hat: Axes3) -> None:
@@ -55,6 +63,13 @@ class CorrectionShaper:
         """The correction without a trustworthy estimate: the last one, faded."""
         self._holding = True
         return self._faded()
+
+    def let_go(self) -> Axes3:
+        """The correction of a loop that rings: the mean of its last swings, faded, unless a value is held already."""
+        if not self._holding:
+            roll, pitch, yaw = (sum(axis) / len(self._past) for axis in zip(*self._past, strict=True))
+            self._held = roll, pitch, yaw
+        return self.hold()
 
     def drop(self) -> None:
         """Zero at once: something was not finite, or the time for fading is over."""

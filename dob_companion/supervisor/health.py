@@ -1,15 +1,8 @@
-"""Whether the estimate and the loop behave as the design promised: bounds, saturation, innovation, echo."""
+"""Whether the estimate and its way to the vehicle are as they should be: bounds, saturation, echo."""
 
 import math
 from collections import deque
 
-import numpy as np
-from numpy.typing import NDArray
-
-from dob_companion.artifact import AXES, DobBlock, DobDesign
-from dob_companion.lti.gramian import predictor_gain
-
-Vector = NDArray[np.float64]
 Axes3 = tuple[float, float, float]
 
 LARGEST_ESTIMATE = 2.0
@@ -25,13 +18,6 @@ SATURATED = 0.98
 SATURATION_SHARE = 0.25
 SATURATION_WINDOW_S = 1.0
 """A moment at its stops for so much of the time has no authority left to correct with."""
-
-INNOVATION_WINDOW_S = 1.0
-RINGING = 0.8
-RINGING_HZ = (5.0, 31.0)
-LEAST_INNOVATION = 0.02
-"""An innovation of more than so many rad/s, root mean square, that repeats itself at these frequencies (autocorrelation
-above RINGING after a period, below -RINGING after half of one) is a loop that rings, whatever the wind does."""
 
 ECHO_TOLERANCE = 1e-4
 ECHO_PATIENCE = 5
@@ -85,77 +71,6 @@ class Saturation:
     def excessive(self) -> bool:
         """Too much of the time at the stops."""
         return sum(self._recent) > SATURATION_SHARE * (self._recent.maxlen or 0)
-
-
-class Innovation:
-    """Is the plant still the one designed for? A whiteness test on what the model did not foresee.
-
-    A steady-state Kalman predictor per block (plant, weighted disturbance and weighted noise of the design's problem)
-    foresees each gyro sample from the applied moment. With the right plant the innovation is nearly white, at whatever
-    strength of wind; a loop that nears instability because the plant is another one rings, and so does the innovation.
-    (R. K. Mehra, On the identification of variances and adaptive Kalman filtering, IEEE TAC 15(2), 1970.)
-    """
-
-    def __init__(self, design: DobDesign) -> None:
-        predictors = [_predictor(block) for block in design.blocks]
-        order = sum(len(A) for _, A, _, _, _ in predictors)
-        self._A, self._B = np.zeros((order, order)), np.zeros((order, 6))
-        self._C, self._D = np.zeros((3, order)), np.zeros((3, 6))
-        at = 0
-        for rows, A, B, C, D in predictors:
-            states, columns = slice(at, at + len(A)), rows + [3 + row for row in rows]
-            at = states.stop
-            self._A[states, states], self._B[states, columns] = A, B
-            self._C[rows, states] = C
-            self._D[np.ix_(rows, columns)] = D
-        self._recent = np.zeros((round(INNOVATION_WINDOW_S / design.dt), 3))
-        shortest, longest = (round(1.0 / (hz * design.dt)) for hz in reversed(RINGING_HZ))
-        self._periods = np.arange(shortest, longest + 1)
-        self._x = np.zeros(order)
-        self._at = 0
-
-    def clear(self) -> None:
-        """The samples start anew."""
-        self._x[:] = 0.0
-        self._recent[:] = 0.0
-
-    def add(self, y_n: Axes3, u_e: Axes3) -> None:
-        """One sample: rates (rad/s) and applied moment (normalized torque)."""
-        inputs = np.array((*u_e, *y_n))
-        self._recent[self._at] = self._C @ self._x + self._D @ inputs
-        self._x = self._A @ self._x + self._B @ inputs
-        self._at = (self._at + 1) % len(self._recent)
-
-    def why_not(self) -> str:
-        """The axis that rings, in words; "" when none does."""
-        e = np.roll(self._recent, -self._at, axis=0)
-        e = e - e.mean(axis=0)
-        power = np.mean(e * e, axis=0)
-        loud = np.flatnonzero(power > LEAST_INNOVATION**2)
-        if not len(loud):
-            return ""
-        n = len(e)
-        spectrum = np.fft.rfft(e[:, loud], 2 * n, axis=0)
-        r = np.fft.irfft(np.abs(spectrum) ** 2, axis=0)[:n] / ((n - np.arange(n))[:, None] * power[loud])
-        rings = np.any((r[self._periods] > RINGING) & (r[self._periods // 2] < -RINGING), axis=0)
-        return f"{AXES[loud[np.argmax(rings)]]} rings: not the plant designed for" if np.any(rings) else ""
-
-
-def _predictor(block: DobBlock) -> tuple[list[int], Vector, Vector, Vector, Vector]:
-    """[u_e; y_n] -> innovation of one block: its axes, and A, B, C, D of plant, coloured disturbance and noise."""
-    plant, w_d, w_n = block.problem.plant, block.problem.disturbance_weight, block.problem.noise_weight
-    n, d, v = plant.order, w_d.order, w_n.order
-    k = w_d.D.shape[1]
-    A = np.zeros((n + d + v, n + d + v))
-    A[:n, :n], A[:n, n : n + d] = plant.A, plant.B @ w_d.C
-    A[n : n + d, n : n + d], A[n + d :, n + d :] = w_d.A, w_n.A
-    B_w = np.zeros((n + d + v, k + w_n.D.shape[1]))
-    B_w[:n, :k], B_w[n : n + d, :k], B_w[n + d :, k:] = plant.B @ w_d.D, w_d.B, w_n.B
-    C, D = np.hstack([plant.C, plant.D @ w_d.C, w_n.C]), plant.D
-    B = np.vstack([plant.B, np.zeros((d + v, plant.B.shape[1]))])
-    K = predictor_gain(A, C, B_w, np.hstack([plant.D @ w_d.D, w_n.D]))
-    rows = [AXES.index(axis) for axis in block.axes]
-    return rows, A - K @ C, np.hstack([B - K @ D, K]), -C, np.hstack([-D, np.eye(len(rows))])
 
 
 class Echo:

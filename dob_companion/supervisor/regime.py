@@ -88,6 +88,11 @@ class FlightRegime:
         self._air, self._forward = air, forward
         self._flight.at(now, self._vehicle_s)
 
+    @property
+    def down(self) -> bool:
+        """No flight, by what was told last: not armed, or on the ground."""
+        return not self._armed or self._air is Air.ON_GROUND
+
     def throttle(self, thrust: float) -> None:
         """Thrust setpoint, 0…1."""
         self._throttle = thrust

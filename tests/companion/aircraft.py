@@ -10,10 +10,12 @@ from pymavlink.dialects.v20 import common as mav
 from dob_companion.artifact import Certificate, DobBlock, DobDesign, Problem, StateSpaceData, dumps
 from dob_companion.companion import Companion, CompanionConfig
 from dob_companion.flightlog.snapshot import Snapshots, restore
-from dob_companion.supervisor import State
+from dob_companion.supervisor import FirstEnabling, State
 
 DT = 0.004
 T0 = 10_000_000
+AT_ONCE = CompanionConfig(first_enabling=FirstEnabling(shares=()))
+"""Without steps at the first enabling in a flight."""
 
 
 def gain(value):

@@ -6,7 +6,7 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.companion import Companion, CompanionConfig
 from dob_companion.supervisor import State
-from tests.companion.aircraft import DT, Aircraft, aircraft, corrections, small_design, texts
+from tests.companion.aircraft import AT_ONCE, DT, Aircraft, aircraft, corrections, small_design, texts
 
 
 def xyz(message):
@@ -61,7 +61,7 @@ def test_late_samples_are_dropped_and_counted():
 
 
 def test_the_fade_moves_by_no_more_than_the_ramp_allows_and_ends_exactly():
-    plane = aircraft()
+    plane = aircraft(AT_ONCE)
     plane.heartbeat()
     plane.rates = (0.2, 0.0, 0.0)
     plane.pairs(600)

@@ -1,0 +1,116 @@
+"""Is the plant still the one designed for? A loop around another plant rings, and so does the innovation.
+
+A steady-state Kalman predictor per block (plant, weighted disturbance and weighted noise of the design's problem)
+foresees each gyro sample from the applied moment. With the right plant the innovation is nearly white, at whatever
+strength of wind; what a loop does that nears instability because the plant is another one was not foreseen.
+
+It is looked at twice. Half-waves (`half_waves`) find an oscillation while it grows, within two periods. The
+autocorrelation of the last second finds one that has come to stay, however it came.
+(R. K. Mehra, On the identification of variances and adaptive Kalman filtering, IEEE TAC 15(2), 1970.)
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dob_companion.artifact import AXES, DobBlock, DobDesign
+from dob_companion.lti.filters import butterworth
+from dob_companion.lti.gramian import predictor_gain
+from dob_companion.lti.statespace import ABCD, added, beside, diagonal, series
+from dob_companion.supervisor.half_waves import HalfWaves
+
+Vector = NDArray[np.float64]
+Axes3 = tuple[float, float, float]
+
+WINDOW_S = 1.0
+RINGING = 0.8
+RINGING_HZ = (5.0, 31.0)
+LEAST_INNOVATION = 0.02
+"""An innovation of more than so many rad/s, root mean square, that repeats itself at these frequencies (autocorrelation
+above RINGING after a period, below -RINGING after half of one) is a loop that rings, whatever the wind does."""
+
+BAND_HZ = (4.0, 40.0)
+"""Half-waves are counted within this band: without offsets, and without the noise that would add crossings of zero."""
+
+
+class Innovation:
+    """What the model did not foresee of each gyro sample, and whether it rings. Axes are roll, pitch, yaw."""
+
+    def __init__(self, design: DobDesign) -> None:
+        model = _watched(design)
+        self._A, self._B, self._C, self._D = model
+        self._recent = np.zeros((round(WINDOW_S / design.dt), 3))
+        shortest, longest = (round(1.0 / (hz * design.dt)) for hz in reversed(RINGING_HZ))
+        self._periods = np.arange(shortest, longest + 1)
+        self._half_waves = tuple(HalfWaves(design.dt) for _ in AXES)
+        self._x = np.zeros(len(self._A))
+        self._at = 0
+
+    def clear(self) -> None:
+        """The samples start anew."""
+        self._x[:] = 0.0
+        self._recent[:] = 0.0
+        for axis in self._half_waves:
+            axis.clear()
+
+    def add(self, y_n: Axes3, u_e: Axes3, correction: Axes3) -> str:
+        """One sample: rates (rad/s), applied moment and our part in it (normalized torque).
+
+        Returns the axis on which an oscillation grows that we drive, in words; "" when none does.
+        """
+        inputs = np.array((*u_e, *y_n))
+        seen = self._C @ self._x + self._D @ inputs
+        self._x = self._A @ self._x + self._B @ inputs
+        self._recent[self._at] = seen[:3]
+        self._at = (self._at + 1) % len(self._recent)
+        band = seen[3:].tolist()
+        grows = [*map(HalfWaves.add, self._half_waves, band, u_e, correction)]
+        return _rings(grows.index(True)) if True in grows else ""
+
+    def why_not(self) -> str:
+        """The axis that has been ringing for a second, in words; "" when none has."""
+        e = np.roll(self._recent, -self._at, axis=0)
+        e = e - e.mean(axis=0)
+        power = np.mean(e * e, axis=0)
+        loud = np.flatnonzero(power > LEAST_INNOVATION**2)
+        if not len(loud):
+            return ""
+        n = len(e)
+        spectrum = np.fft.rfft(e[:, loud], 2 * n, axis=0)
+        r = np.fft.irfft(np.abs(spectrum) ** 2, axis=0)[:n] / ((n - np.arange(n))[:, None] * power[loud])
+        rings = np.any((r[self._periods] > RINGING) & (r[self._periods // 2] < -RINGING), axis=0)
+        return _rings(int(loud[np.argmax(rings)])) if np.any(rings) else ""
+
+
+def _rings(axis: int) -> str:
+    return f"{AXES[axis]} rings: not the plant designed for"
+
+
+def _watched(design: DobDesign) -> ABCD:
+    """[u_e; y_n] -> innovation of the three axes, and the same within the band; zero on axes that no block covers."""
+    total = ABCD(np.zeros((0, 0)), np.zeros((0, 6)), np.zeros((3, 0)), np.zeros((3, 6)))
+    for block in design.blocks:
+        rows = [AXES.index(axis) for axis in block.axes]
+        select = np.eye(3)[rows]
+        both = diagonal(select, select)
+        A, B, C, D = _predictor(block)
+        total = added(total, ABCD(A, B @ both, select.T @ C, select.T @ D @ both))
+    band = series(*(butterworth(design.dt, hz, high_pass=hz == BAND_HZ[0]) for hz in reversed(BAND_HZ)))
+    filtered = series(beside(band, band, band), total)
+    passed = np.hstack([np.zeros((3, len(filtered.A) - len(total.A))), total.C])
+    return ABCD(filtered.A, filtered.B, np.vstack([passed, filtered.C]), np.vstack([total.D, filtered.D]))
+
+
+def _predictor(block: DobBlock) -> ABCD:
+    """[u_e; y_n] -> innovation of one block: A, B, C, D of plant, coloured disturbance and noise."""
+    plant, w_d, w_n = block.problem.plant, block.problem.disturbance_weight, block.problem.noise_weight
+    n, d, v = plant.order, w_d.order, w_n.order
+    k = w_d.D.shape[1]
+    A = np.zeros((n + d + v, n + d + v))
+    A[:n, :n], A[:n, n : n + d] = plant.A, plant.B @ w_d.C
+    A[n : n + d, n : n + d], A[n + d :, n + d :] = w_d.A, w_n.A
+    B_w = np.zeros((n + d + v, k + w_n.D.shape[1]))
+    B_w[:n, :k], B_w[n : n + d, :k], B_w[n + d :, k:] = plant.B @ w_d.D, w_d.B, w_n.B
+    C, D = np.hstack([plant.C, plant.D @ w_d.C, w_n.C]), plant.D
+    B = np.vstack([plant.B, np.zeros((d + v, plant.B.shape[1]))])
+    K = predictor_gain(A, C, B_w, np.hstack([plant.D @ w_d.D, w_n.D]))
+    return ABCD(A - K @ C, np.hstack([B - K @ D, K]), -C, np.hstack([-D, np.eye(len(block.axes))]))
