@@ -115,6 +115,16 @@ def fly(vehicle: Sih, ground: Px4Ground, sender: Sender) -> dict:
     return found
 
 
+def refusals(directory: Path) -> dict[str, str]:
+    """What the module says to parameters that it does not start with."""
+    program, said = Path(os.environ["DOB_PX4"]), {}
+    for name, value in {"DOBC_EN": 0, "CA_AIRFRAME": 2}.items():
+        with sih(program, directory / name, **{name: value}) as vehicle:
+            tried = vehicle.shell("dob_correction", "start")
+            said[name] = f"{tried.returncode} {tried.stdout}"
+    return said
+
+
 def main() -> None:
     """Enter the namespace, then fly."""
     if "DOB_FLIGHT_INSIDE" not in os.environ:
@@ -126,11 +136,12 @@ def main() -> None:
         ground, sender = Px4Ground(directory / "ground.tlog"), Sender()
         try:
             ground.fly()
-            print(json.dumps(fly(vehicle, ground, sender)))
+            found = fly(vehicle, ground, sender)
         finally:
             (directory / "texts.json").write_text(json.dumps(ground.texts, indent=1))
             sender.close()
             ground.close()
+    print(json.dumps(found | {"refusals": refusals(directory)}))
 
 
 if __name__ == "__main__":

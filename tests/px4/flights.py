@@ -10,14 +10,35 @@ as in tests.ardupilot.flights. DIR holds the logs, the daemon's record and resul
 import argparse
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
 from pathlib import Path
 
-from tests.ardupilot.flights import PROGRAMS, fly
+import numpy as np
+
+from tests.ardupilot.flights import AXES, PROGRAMS, fly
+from tests.ardupilot.recorded import messages
 from tests.ardupilot.simulator import companion, in_namespace
 from tests.px4.simulator import COMPANION_LINK, Px4Ground, sih
+
+AUTOPILOT = 1
+
+
+def add_truth(rows: list[dict], folder: Path) -> None:
+    """The moment that the rate controller has held against the disturbance while off, from the module's own reports."""
+    held = [
+        (message.time_usec * 1e-6, *message.data[:3])
+        for piece in sorted(folder.glob("*.tlog"))
+        for message in messages(piece.stem, AUTOPILOT, folder)
+        if message.get_type() == "DEBUG_FLOAT_ARRAY" and message.name == "DOB_ACT"
+    ]
+    table = np.array(held)
+    for row in rows:
+        begin, end = row["off_s"]
+        inside = (table[:, 0] >= begin) & (table[:, 0] <= end)
+        row["true"] = float(-table[inside, 1 + AXES.index(row["axis"])].mean())
 
 
 def main() -> None:
@@ -34,6 +55,7 @@ def main() -> None:
         sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
     directory = arguments.o.resolve()
     directory.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(directory / "record", ignore_errors=True)
     with sih(Path(os.environ["DOB_PX4"]), directory):
         ground = Px4Ground(directory / "ground.tlog")
         try:
@@ -45,6 +67,7 @@ def main() -> None:
         finally:
             (directory / "texts.json").write_text(json.dumps(ground.texts, indent=1))
             ground.close()
+    add_truth(rows, directory / "record")
     (directory / "result.json").write_text(json.dumps(rows, indent=1) + "\n")
 
 

@@ -73,6 +73,12 @@ def test_in_silence_it_is_gone_within_a_quarter_of_a_second(hover):
     assert last - silence[0, 0] < 0.25  # 0.1 s held, 0.1 s faded, and what was under way
 
 
+def test_it_leaves_the_stock_wiring_where_it_is_off_or_does_not_know_the_airframe(hover):
+    assert hover["refusals"]["DOBC_EN"].startswith("1 ")
+    assert "DOBC_EN is 0, stock wiring" in hover["refusals"]["DOBC_EN"]
+    assert "CA_AIRFRAME is not a multirotor, stock wiring" in hover["refusals"]["CA_AIRFRAME"]
+
+
 def test_it_reports_at_the_full_rate(hover):
     assert hover["neutral"]["rate_hz"] > 240.0
     assert hover["neutral"]["age_us"] <= 8000.0
@@ -85,12 +91,30 @@ def test_it_says_why_nothing_is_added(hover):
     ]  # fmt: skip
 
 
+def gain_at_rest(design, axis):
+    """How much of a steady moment u_e, at rest, the certified observer estimates."""
+    (block,) = [block for block in json.loads(design.read_text())["blocks"] if block["name"] == axis]
+    a, b, c, d = (np.array(block[name]) for name in "ABCD")
+    return -float((c @ np.linalg.solve(np.eye(len(a)) - a, b) + d)[0, 1])
+
+
+def test_a_daemon_that_is_killed_leaves_nothing_behind_and_begins_again_from_zero(design, tmp_path):
+    found = json.loads(run("hardship", design, tmp_path, timeout=400).splitlines()[-1])
+    assert found["largest before"] > 0.02
+    acting = np.array(found["acting after the kill"])
+    assert np.all(np.diff(np.abs(acting[acting[:, 0] > 0.05, 1])) <= 1e-6)
+    assert np.all(acting[acting[:, 0] > 0.25, 1] == 0.0)
+    assert found["largest after the return"] == 0.0
+
+
 def test_disturbances_are_rejected_in_flight(design, tmp_path):
     run("flights", design, "-o", tmp_path, timeout=1500)
     found = {(row["program"], row["axis"]): row for row in json.loads((tmp_path / "result.json").read_text())}
     ratio = {key: row["rms_off"] / row["rms_on"] for key, row in found.items()}
+    assert ratio["noise-yaw", "yaw"] >= 8.0
     for axis in ("roll", "pitch"):
         assert ratio[f"sine-{axis}", axis] >= 12.0
         assert ratio[f"noise-{axis}", axis] >= 7.0
-    assert ratio["noise-yaw", "yaw"] >= 8.0
+        step = found[f"step-{axis}", axis]
+        assert step["estimate_on"] == pytest.approx(step["true"] * gain_at_rest(design, axis), rel=0.02)
     assert not any("gap" in text for row in found.values() for text in row["said"])
