@@ -4,6 +4,7 @@ import argparse
 import json
 import math
 import sys
+import textwrap
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -97,20 +98,32 @@ def run(args: argparse.Namespace) -> int:
 
 def _as_text(listening: "Listening", diagnosis: "Diagnosis") -> Iterator[str]:
     for finding in diagnosis.findings:
-        yield f"{MARKS[finding.verdict.value]}  {finding.topic:14}  {finding.text}"
+        yield from _wrapped(f"{MARKS[finding.verdict.value]}  {finding.topic:14}  ", finding.text, 25)
         if finding.remedy:
-            yield f"{'':25}→ {finding.remedy}"
+            yield from _wrapped(f"{'':25}→ ", finding.remedy, 27)
     rows = [row for row in _streams(listening) if row["count"] > 1]
     if rows:
         yield ""
-        yield f"{'heard from':10}  {'message':32}{'count':>7}{'by stamp':>11}{'by clock':>11}   stamps"
+        yield f"{'':38}{'rate, Hz, by':>19}"
+        yield f"{'from':7} {'message':24}{'count':>6}{'stamp':>10}{'clock':>9}   intervals"
     for row in sorted(rows, key=lambda row: -row["count"]):
-        stamp = f"{row['rate_by_stamp_hz']:8.1f} Hz" if row["rate_by_stamp_hz"] is not None else "—"
-        who = f"{row['system']}/{row['component']}"
-        clock = f"{row['rate_by_clock_hz']:8.1f} Hz"
-        yield f"{who:10}  {row['message']:32}{row['count']:>7}{stamp:>11}{clock:>11}   {row['stamps']}"
+        stamp = f"{row['rate_by_stamp_hz']:.1f}" if row["rate_by_stamp_hz"] is not None else "—"
+        who, name = f"{row['system']}/{row['component']}", _cut(row["message"], 23)
+        numbers = f"{who:7} {name:24}{row['count']:>6}{stamp:>10}{row['rate_by_clock_hz']:>9.1f}   "
+        yield from _wrapped(numbers, row["stamps"], len(numbers))
     yield ""
     yield "fit to fly by" if diagnosis.fit else "not fit to fly by: see what is MISSING"
+
+
+def _wrapped(first: str, text: str, indent: int) -> list[str]:
+    """Lines of 80 columns at most, where words allow."""
+    return textwrap.wrap(
+        text, 80, initial_indent=first, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False
+    )
+
+
+def _cut(name: str, most: int) -> str:
+    return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
 def _as_json(listening: "Listening", diagnosis: "Diagnosis") -> dict[str, Any]:

@@ -3,7 +3,10 @@
 from dataclasses import asdict
 from typing import Any
 
-_HEAD = ("", "asked", "attenuation", "disk margin", "delay margin", "noise in correction", "slowest mode, s")
+_HEAD = (
+    ("", "", "RMS", "disk", "delay", "noise in", "slowest"),
+    ("", "asked", "off / on", "margin", "margin", "correction", "mode, s"),
+)
 
 
 def tuning_object(tuning: Any) -> dict[str, Any]:
@@ -24,10 +27,11 @@ def tuning_table(tuning: Any) -> str:
     lags = f"W_d {knobs.lags} lag{'s' * (knobs.lags > 1)} at {knobs.disturbance_hz:.3g} Hz, {crossing}"
     return "\n".join(
         [
-            f"{tuning.name}: RMS attitude error off / on for {auto.disturbances}, "
-            f"gyro noise {auto.noise_rms:.3g} rad/s",
-            *_aligned([_HEAD, *rows]),
-            f"limited by {limits}; without observer the disk margin is {tuning.disk_margin_off:.3f}",
+            f"{tuning.name}: attitude error for {auto.disturbances}",
+            f"with gyro noise of {auto.noise_rms:.3g} rad/s",
+            *_aligned([*_HEAD, *rows]),
+            f"limited by {limits}",
+            f"without observer the disk margin is {tuning.disk_margin_off:.3f}",
             f"{lags}, W_n from {knobs.noise_hz:.3g} Hz",
             f"disturbance = {_toml(tuning.disturbance)}",
             *(f"noise = {_toml(form)}" for form in tuning.noise),

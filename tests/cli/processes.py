@@ -113,11 +113,15 @@ class UdpVehicle:
         if not select.select([self.socket], [], [], timeout)[0]:
             return []
         try:
-            heard = self.ear.parse_buffer(self.socket.recv(4096)) or []
+            heard = self.ear.parse_buffer(self.receive()) or []
         except ConnectionRefusedError:
             return []
         self.said += heard
         return heard
+
+    def receive(self):
+        """The next datagram."""
+        return self.socket.recv(4096)
 
     @property
     def stamp(self):

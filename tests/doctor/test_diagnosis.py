@@ -5,6 +5,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import common as mav
 
+from dob_companion.cli.doctor import _as_text
 from dob_companion.doctor.diagnosis import Verdict
 from dob_companion.doctor.streamlog import StreamLog
 from dob_companion.mavlink.signing import SigningGate
@@ -126,6 +127,17 @@ def test_a_stock_autopilot_is_told_what_its_side_lacks(autopilot, profile, words
     assert (diagnosis.fit, diagnosis.profile) == (False, profile)
     (finding,) = missing(diagnosis, "profile")
     assert words in finding.remedy
+
+
+@pytest.mark.parametrize(
+    "road",
+    [{}, {"deaf": True}, {"shift_us": 400_000}, {"autopilot": mav.MAV_AUTOPILOT_ARDUPILOTMEGA, "moment_name": "NONE"}],
+)
+def test_what_is_printed_fits_80_columns(road):
+    diagnosis, listening = Road(**road).listen()
+    lines = list(_as_text(listening, diagnosis))
+    assert len(lines) > 10
+    assert max(map(len, lines)) <= 80, max(lines, key=len)
 
 
 def test_refused_and_unanswered_requests_are_said():

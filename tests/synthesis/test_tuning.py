@@ -217,7 +217,12 @@ def test_the_command_prints_the_weights_and_the_page_draws_the_trade_off(tmp_pat
     printed = capsys.readouterr().out
     assert ">  chosen" in printed
     assert f"gain = {pitch[1].disturbance.gain!r} }}" in printed
-    assert "the spec's own weights         7.36" in printed
+    assert re.search(r"the spec's own weights +7.36 ", printed)
+    assert all(
+        len(line) <= 80
+        for line in printed.splitlines()
+        if not line.startswith(("disturbance = ", "noise = ", "written"))
+    )
     assert 'id="b0-tradeoff' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
