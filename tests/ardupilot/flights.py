@@ -118,6 +118,7 @@ def fly(ground: Ground, names: list[str]) -> list[dict]:
                 "estimate_off": off[axis]["estimate"],
                 "estimate_on": on[axis]["estimate"],
                 "off_s": [off[axis]["from_s"], off[axis]["to_s"]],
+                "on_s": [on[axis]["from_s"], on[axis]["to_s"]],
                 "said": said,
             }
             for axis in program.axes
@@ -137,6 +138,12 @@ def add_truth(rows: list[dict], log: Path) -> None:
         begin, end = row["off_s"]
         inside = (table[:, 0] >= begin) & (table[:, 0] <= end)
         row["true"] = float(-table[inside, 1 + AXES.index(row["axis"])].mean())
+
+
+def keep(directory: Path, ground: Ground, rows: list[dict]) -> None:
+    """result.json, and the attitudes of the flight for `tests.ardupilot.picture`: time s, roll, pitch, yaw rad."""
+    np.save(directory / "attitudes.npy", np.array(ground.attitudes))
+    (directory / "result.json").write_text(json.dumps(rows, indent=1) + "\n")
 
 
 def line(row: dict) -> str:
@@ -174,7 +181,7 @@ def main() -> None:
             (directory / "texts.json").write_text(json.dumps(ground.texts, indent=1))
             ground.close()
     add_truth(rows, directory / "logs" / "00000001.BIN")
-    (directory / "result.json").write_text(json.dumps(rows, indent=1) + "\n")
+    keep(directory, ground, rows)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.ardupilot.flights import AXES, PROGRAMS, fly
+from tests.ardupilot.flights import AXES, PROGRAMS, fly, keep
 from tests.ardupilot.recorded import messages
 from tests.ardupilot.simulator import companion, in_namespace
 from tests.px4.simulator import COMPANION_LINK, Px4Ground, sih
@@ -68,7 +68,7 @@ def main() -> None:
             (directory / "texts.json").write_text(json.dumps(ground.texts, indent=1))
             ground.close()
     add_truth(rows, directory / "record")
-    (directory / "result.json").write_text(json.dumps(rows, indent=1) + "\n")
+    keep(directory, ground, rows)
 
 
 if __name__ == "__main__":
