@@ -34,7 +34,11 @@ class Outlet:
                 flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
                 self._own = os.open(f"/proc/self/fd/{fd}", flags)
         if self._socket is None and self._own < 0:
-            self._process = ProcessPipe("dob_companion.view.log", [str(fd)], size=PIPE_BYTES, keep=[fd])
+            own = os.dup(fd)  # in that process standard output is another one
+            try:
+                self._process = ProcessPipe("dob_companion.view.log", [str(own)], size=PIPE_BYTES, keep=[own])
+            finally:
+                os.close(own)
 
     def send(self, data: bytes) -> bool:
         """Write all of it or nothing: False when there is no room, or nothing that takes it."""
