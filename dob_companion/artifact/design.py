@@ -10,6 +10,9 @@ from dob_companion.lti.statespace import StateSpaceData
 AXES = ("roll", "pitch", "yaw")
 """Hover axes in wire order: roll about x, pitch about y, yaw about z (z down in hover)."""
 
+LARGEST_DISTURBANCE = "largest_disturbance"
+"""Name of a further finding of a certificate: what the block was asked to reject, normalized torque, of any axis."""
+
 RATE_UNIT = "rad/s"
 MOMENT_UNIT = "normalized torque"
 
@@ -110,3 +113,13 @@ class DobDesign:
         axes = [axis for block in self.blocks for axis in block.axes]
         if not axes or len(set(axes)) != len(axes):
             raise ValueError(f"blocks cover axes {axes}, expected each axis at most once and at least one")
+
+    @property
+    def limit(self) -> float | None:
+        """Largest correction that the design asks for, normalized torque: the largest disturbance of its blocks.
+
+        None where nothing is known: a block does not say, or says no number above 0 and at most 1.
+        """
+        stated = [block.certificate.extra.get(LARGEST_DISTURBANCE) for block in self.blocks]
+        known = [float(v) for v in stated if isinstance(v, int | float) and v is not True and 0.0 < v <= 1.0]
+        return max(known) if len(known) == len(stated) else None

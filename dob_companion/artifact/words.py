@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any
 
-from dob_companion.artifact.design import Certificate, DobDesign
+from dob_companion.artifact.design import LARGEST_DISTURBANCE, Certificate, DobDesign
 
 _ROWS = (
     ("order", "observer order", "d"),
@@ -20,6 +20,8 @@ _ROWS = (
     ("missing_samples", "missing samples borne", "d"),
     ("missing_moments", "missing moments borne", "d"),
 )
+_STATED = ((LARGEST_DISTURBANCE, "largest disturbance", ".3f"),)
+"""Rows for what a spec need not say: shown where one does."""
 
 
 def certificate_object(certificate: Certificate) -> dict[str, Any]:
@@ -30,11 +32,10 @@ def certificate_object(certificate: Certificate) -> dict[str, Any]:
 
 def certificate_table(head: str, observers: Iterable[tuple[str, int, Certificate]]) -> str:
     """Lines of text, one column for each (name, order, certificate)."""
-    columns = []
-    for name, order, certificate in observers:
-        values = certificate_object(certificate) | {"order": order}
-        columns.append([name, *(_number(values.get(key), form) for key, _, form in _ROWS)])
-    labels = [head, *(label for _, label, _ in _ROWS)]
+    known = [(name, certificate_object(certificate) | {"order": order}) for name, order, certificate in observers]
+    rows = [*_ROWS, *(row for row in _STATED if any(row[0] in values for _, values in known))]
+    columns = [[name, *(_number(values.get(key), form) for key, _, form in rows)] for name, values in known]
+    labels = [head, *(label for _, label, _ in rows)]
     widths = [max(map(len, column)) for column in (labels, *columns)]
     lines = []
     for label, *cells in zip(labels, *columns, strict=True):

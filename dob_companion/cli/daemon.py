@@ -15,6 +15,7 @@ from dob_companion.cli.carried_over import CarriedOver
 from dob_companion.cli.times import utc
 from dob_companion.cli.waiting import Waiting
 from dob_companion.companion import Companion, CompanionConfig, Event, Status, parse_config
+from dob_companion.companion.parameters import limits_in_words
 from dob_companion.files import read_text
 from dob_companion.files.recorder import FlightRecorder
 from dob_companion.flightlog.witness import Witness
@@ -62,6 +63,7 @@ def fly(
             keeping = CarriedOver(settings, show, leaving)
             link = keeping.signed(link, url.datagrams)
             companion = Companion(design, keeping.settings, now=time.monotonic(), datagrams=url.datagrams)
+            show(Event.info(limits_in_words(design, companion.parameters["DOB_LIMIT"])))
 
             clock = LoopClock(design.dt)
             witnesses: list[Witness] = [

@@ -69,7 +69,7 @@ class Companion:
         config = config or CompanionConfig()
         self.newborn: Callable[[], Companion] = lambda: Companion(design, config, now=now, datagrams=datagrams)
         """Builds a companion as this one was before it had heard anything."""
-        self.parameters = Parameters(config.parameters)
+        self.parameters = Parameters(config.parameters, design.limit)
         self.loop = DobLoop(design, self.parameters, config.regime, config.first_enabling)
         self.load = ComputerLoad()
         self.closed = False

@@ -3,9 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from dob_companion.artifact import AXES
+from dob_companion.artifact import AXES, DobDesign
 from dob_companion.mavlink import ParamRefusal, ParamWrite
 from dob_companion.supervisor import State
+
+UNKNOWN_LIMIT = 0.3
+"""DOB_LIMIT where neither the operator, nor the configuration, nor the design says one; normalized torque."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +33,7 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     ParameterSpec("DOB_ENABLE", "inject; 0 clears a fault", 0, 0, 1, whole=True, kept=False),
     ParameterSpec("DOB_AXES", "1 roll, 2 pitch, 4 yaw, added up", 7, 0, 7, whole=True),
     ParameterSpec("DOB_GAIN", "gain g on the estimate", 1, 0, 1),
-    ParameterSpec("DOB_LIMIT", "largest correction of an axis", 0.3, 0, 1, unit="normalized torque"),
+    ParameterSpec("DOB_LIMIT", "largest correction of an axis", UNKNOWN_LIMIT, 0, 1, unit="normalized torque"),
     ParameterSpec("DOB_RAMP_S", "fade-in and fade-out time", 0.5, 0, 10, unit="s"),
     ParameterSpec("DOB_STATE", "what the supervisor does", 0, 0, 6, whole=True, read_only=True, kept=False),
 )
@@ -66,10 +69,14 @@ _INDEX = {spec.name: index for index, spec in enumerate(PARAMETERS)}
 
 
 class Parameters:
-    """The values behind the table. The list is frozen: its order gives the indices on the wire."""
+    """The values behind the table. The list is frozen: its order gives the indices on the wire.
 
-    def __init__(self, initial: Mapping[str, float] | None = None) -> None:
-        self._values = {spec.name: float(spec.default) for spec in PARAMETERS} | dict(initial or {})
+    `initial` goes before the table's defaults, and before the limit that a design has of its own, where one is given.
+    """
+
+    def __init__(self, initial: Mapping[str, float] | None = None, limit: float | None = None) -> None:
+        self._values = {spec.name: float(spec.default) for spec in PARAMETERS}
+        self._values |= ({} if limit is None else {"DOB_LIMIT": limit}) | dict(initial or {})
         self.settings = Settings.of(self._values)
         self.written: Mapping[str, float] = {}
         """What the operator has set and a restart should find again: a new mapping at each write."""
@@ -131,6 +138,15 @@ def in_words(name: str, value: float) -> str:
         case "DOB_STATE":
             return State(int(value)).name
     return spec.unit
+
+
+def limits_in_words(design: DobDesign, limit: float) -> str:
+    """What a correction may be at most, and what the design says of it; `limit` is DOB_LIMIT."""
+    if design.limit is None:
+        return f"DOB_LIMIT {limit:g}: the design does not say what disturbance it is for"
+    if abs(limit - design.limit) <= 1e-6:
+        return f"DOB_LIMIT {limit:g}: the largest disturbance that the design is for"
+    return f"DOB_LIMIT {limit:g}: the design is for disturbances of {design.limit:g} at most"
 
 
 def _lenient(spec: ParameterSpec, write: ParamWrite) -> float:

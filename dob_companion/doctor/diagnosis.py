@@ -8,6 +8,7 @@ from enum import Enum
 import numpy as np
 
 from dob_companion.artifact import DobDesign
+from dob_companion.companion.parameters import UNKNOWN_LIMIT
 from dob_companion.companion.samples import WHOLE
 from dob_companion.doctor.listening import Listening
 from dob_companion.doctor.streamlog import StreamLog
@@ -65,6 +66,7 @@ def diagnose(heard: Listening, design: DobDesign | None) -> Diagnosis:
             *_stamps(heard, design),
             *_delay(heard, rate_hz, design),
             *_signs(heard, design),
+            *_limit(design),
             *_profile(heard, rate_hz),
         ]
     fit = all(finding.verdict is not Verdict.MISSING for finding in findings)
@@ -294,6 +296,16 @@ def _designed_for(design: DobDesign | None) -> tuple[int, int]:
     stands = min(block.delay_samples + block.certificate.delay_margin_samples for block in design.blocks)
     delay = min(block.delay_samples for block in design.blocks)
     return delay, stands - delay
+
+
+def _limit(design: DobDesign | None) -> Iterator[Finding]:
+    if design is None:
+        return
+    if design.limit is None:
+        remedy = "state largest_disturbance in the spec's blocks, or set DOB_LIMIT"
+        yield Finding(Verdict.NOTE, "limit", f"the design has none of its own; DOB_LIMIT is {UNKNOWN_LIMIT:g}", remedy)
+    else:
+        yield Finding(Verdict.OK, "limit", f"the design is for disturbances of {design.limit:g} at most: DOB_LIMIT")
 
 
 def _signs(heard: Listening, design: DobDesign | None) -> Iterator[Finding]:

@@ -5,7 +5,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import dob_companion
-from dob_companion.artifact import AXES, Certificate, DobBlock, DobDesign, certificate_table, check_flyable, dumps
+from dob_companion.artifact import (
+    AXES,
+    LARGEST_DISTURBANCE,
+    Certificate,
+    DobBlock,
+    DobDesign,
+    certificate_table,
+    check_flyable,
+    dumps,
+)
 from dob_companion.artifact import Problem as StoredProblem
 from dob_companion.errors import DobError, NotCertifiedError, NotConvergedError, RefusedError, SpecError, placed
 from dob_companion.synthesis.certify.certificate import Claim, certify
@@ -173,7 +182,11 @@ def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
         )
     except DobError as problem:
         raise placed(problem, spec.where) from problem
-    return replace(result.block(), name=spec.name)
+    block = replace(result.block(), name=spec.name)
+    if spec.largest_disturbance is None:
+        return block
+    stated = {LARGEST_DISTURBANCE: spec.largest_disturbance}
+    return replace(block, certificate=replace(block.certificate, extra={**block.certificate.extra, **stated}))
 
 
 def design(spec: Spec, created: str = "") -> DobDesign:

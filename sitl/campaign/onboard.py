@@ -37,7 +37,7 @@ class Onboard:
     """
 
     def __init__(self, design: DobDesign, parameters: Mapping[str, float], flight: Flight, *, prompt: bool) -> None:
-        self._parameters = Parameters(parameters)
+        self._parameters = Parameters(parameters, design.limit)
         self._loop = DobLoop(design, self._parameters)
         self._flight = flight
         self._samples = self._answered = 0

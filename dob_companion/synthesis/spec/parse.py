@@ -85,7 +85,10 @@ class Weight:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BlockSpec:
-    """One block: a SISO axis, or several coupled ones. Only a spec with [auto] may leave the weights out."""
+    """One block: a SISO axis, or several coupled ones. Only a spec with [auto] may leave the weights out.
+
+    largest_disturbance is what the block is asked to reject, normalized torque; None where the spec does not say.
+    """
 
     where: str
     name: str
@@ -97,6 +100,7 @@ class BlockSpec:
     noise: Weight | None
     uncertainty: Uncertainty | None = None
     largest_order: int | None = None
+    largest_disturbance: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -158,7 +162,10 @@ def _order(table: Table, default: int | None) -> int | None:
 
 
 def _block(source: str, item: object, delay: int, order: int | None, *, weighted: bool) -> BlockSpec:
-    keys = ("name", "axes", "delay_samples", "largest_order", "plant", "controller", "weights", "uncertainty")
+    keys = (
+        *("name", "axes", "delay_samples", "largest_order", "largest_disturbance"),
+        *("plant", "controller", "weights", "uncertainty"),
+    )
     table = Table(f"{source}: block", item, keys)
     name = table.text("name")
     table = Table(f"{source}: block {name!r}", item, keys)
@@ -177,7 +184,15 @@ def _block(source: str, item: object, delay: int, order: int | None, *, weighted
         noise=noise,
         uncertainty=parse_uncertainty(table.open("uncertainty"), axes) if "uncertainty" in table else None,
         largest_order=_order(table, order),
+        largest_disturbance=_largest_disturbance(table),
     )
+
+
+def _largest_disturbance(table: Table) -> float | None:
+    """Of any axis of the block, normalized torque; None where the spec does not say."""
+    if "largest_disturbance" not in table:
+        return None
+    return table.number("largest_disturbance", lambda x: 0.0 < x <= 1.0, "a number above 0, at most 1")
 
 
 def _weights(block: Table, axes: tuple[str, ...]) -> tuple[Weight, Weight]:
