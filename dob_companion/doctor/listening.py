@@ -1,10 +1,12 @@
 """Listening to a vehicle without flying it: what `doctor` does on a link, as a pure object with the companion's verbs.
 
-It sends heartbeats, requests for streams, and TIMESYNC; never a correction or a parameter. When it is done it asks the
+It sends heartbeats, requests for streams, parameters and version, and TIMESYNC; it writes no parameter and corrects
+nothing. When it is done it asks the
 vehicle to send at its own rates again.
 """
 
 from collections import Counter, defaultdict, deque
+from collections.abc import Callable
 from enum import Enum
 
 import numpy as np
@@ -12,6 +14,7 @@ import numpy as np
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.clocks import ClockCheck
 from dob_companion.companion.streams import StreamRequests
+from dob_companion.doctor.reading import ParameterReading
 from dob_companion.doctor.streamlog import MOST_KEPT, StreamLog
 from dob_companion.mavlink import (
     AppliedMoment,
@@ -26,7 +29,15 @@ from dob_companion.mavlink import (
     TimesyncRequest,
     profiles,
 )
-from dob_companion.mavlink.listener import Heard, Listener, Presence, stream_request
+from dob_companion.mavlink.listener import (
+    Heard,
+    Listener,
+    ParameterHeard,
+    Presence,
+    VersionHeard,
+    stream_request,
+)
+from dob_companion.mavlink.makes import PX4
 from dob_companion.mavlink.signing import Signature, SigningGate
 from dob_companion.supervisor import AxisCheck, RoundTrip
 
@@ -47,15 +58,21 @@ class Stage(Enum):
 
     WAITING = "waiting for an autopilot"
     ASKING = "asking for streams"
+    READING = "reading parameters"
     SETTLING = "letting streams settle"
     MEASURING = "measuring"
     DONE = "done"
 
 
+def _nothing(_make: str, _vehicle: str) -> tuple[str, ...]:
+    return ()
+
+
 class Listening:
     """Waits up to `seconds` for an autopilot, asks for what it may deliver, and measures for `seconds`.
 
-    `profile` is the one asked for; the attribute is the one that the autopilot is judged by.
+    `profile` is the one asked for; the attribute is the one that the autopilot is judged by. `wanted` tells by make and
+    kind of vehicle which of the autopilot's parameters are read.
 
     With a gate, whose key the link signs with, signatures are judged as well; what is heard counts in any case.
     """
@@ -70,11 +87,14 @@ class Listening:
         datagrams: bool = True,
         gate: SigningGate | None = None,
         profile: str = profiles.AUTO,
+        wanted: Callable[[str, str], tuple[str, ...]] = _nothing,
     ) -> None:
         self.stage = Stage.WAITING
         self.presences: dict[Sender, Presence] = {}
         self.streams: dict[tuple[Sender, str], StreamLog] = {}
         self.answers: dict[str, bool | None] = {}
+        self.parameters: dict[str, float] = {}
+        self.version: str | None = None
         self.round_trips_s: deque[float] = deque(maxlen=MOST_KEPT)
         self.asked_time = 0
         self.ages: deque[float] = deque(maxlen=MOST_KEPT)
@@ -92,6 +112,7 @@ class Listening:
         self._round_trip = RoundTrip()
         self._codec, self._speaker = Codec(datagrams=datagrams), Speaker()
         self._requests = StreamRequests(TRIES)
+        self._wanted, self._reading = wanted, ParameterReading(())
         self._until = now + seconds
         self._next_beat = now
         self._next_timesync = float("inf")
@@ -104,10 +125,15 @@ class Listening:
     def receive(self, data: bytes, now: float) -> None:
         """Take bytes from the link."""
         for heard in self.listener.hear(data):
-            if isinstance(heard, Presence):
-                self._present(heard)
-            else:
-                self._heard(heard, now)
+            match heard:
+                case Presence():
+                    self._present(heard)
+                case Heard():
+                    self._heard(heard, now)
+                case ParameterHeard() if self._ours(heard.sender):
+                    self._parameter(heard)
+                case VersionHeard() if self._ours(heard.sender):
+                    self.version = heard.text
         for fact in self._codec.facts(data):
             self._take(fact, now)
 
@@ -123,6 +149,8 @@ class Listening:
             self._out.append(self._speaker.ask_time(asked_ns))
         if self.stage is Stage.ASKING:
             self._ask(now)
+        elif self.stage is Stage.READING:
+            self._read(now)
         elif now >= self._until:
             self._next_stage(now)
 
@@ -135,8 +163,8 @@ class Listening:
 
     def next_deadline(self) -> float:
         """When `advance` must be called even if nothing comes in."""
-        asking = self._requests.deadline if self.stage is Stage.ASKING else float("inf")
-        return min(self._next_beat, self._next_timesync, self._until, asking)
+        asking = {Stage.ASKING: self._requests.deadline, Stage.READING: self._reading.deadline}
+        return min(self._next_beat, self._next_timesync, self._until, asking.get(self.stage, float("inf")))
 
     # Stages ---------------------------------------------------------------------------------------------------
 
@@ -144,6 +172,9 @@ class Listening:
     def autopilot(self) -> Presence | None:
         """The autopilot that was listened to."""
         return self.presences.get(Sender(self.system, 1)) if self.system is not None else None
+
+    def _ours(self, sender: Sender) -> bool:
+        return self.autopilot is not None and sender == self.autopilot.sender
 
     def stream(self, name: str) -> StreamLog | None:
         """A stream of the autopilot."""
@@ -167,7 +198,24 @@ class Listening:
         if request:
             self._out.append(self._speaker.request(request))
         elif self._requests.deadline == float("inf"):
+            make, vehicle = (self.autopilot.make, self.autopilot.vehicle) if self.autopilot else ("", "")
+            self.stage, self._reading = Stage.READING, ParameterReading(self._wanted(make, vehicle))
+            if not self._reading.done:
+                self._out.append(self._speaker.ask_version())
+            self._read(now)
+
+    def _read(self, now: float) -> None:
+        self._out += map(self._speaker.read_parameter, self._reading.due(now))
+        if self._reading.done:
             self.stage, self._until = Stage.SETTLING, now + SETTLING_S
+
+    def _parameter(self, heard: ParameterHeard) -> None:
+        """PX4 sends the bytes of an integer, ArduPilot its value as a real number."""
+        whole = self.autopilot is not None and self.autopilot.make == PX4 and heard.bytewise is not None
+        value = float(heard.bytewise) if whole and heard.bytewise is not None else heard.value
+        if np.isfinite(value):
+            self.parameters[heard.name] = value
+        self._reading.told(heard.name)
 
     def _next_stage(self, now: float) -> None:
         if self.stage is Stage.SETTLING:

@@ -140,6 +140,12 @@ class Codec:
         return message.target_system in (0, self.system) and message.target_component in (0, COMPANION)
 
 
+def bytewise(m: Any) -> int | None:
+    """The four bytes of a PARAM_SET's or PARAM_VALUE's value as the integer of its type; None for a real type."""
+    layout = _INTEGER_FORMATS.get(m.param_type)
+    return struct.unpack(layout, struct.pack("<f", m.param_value))[0] if layout else None
+
+
 def _sender(message: Any) -> Sender:
     return Sender(message.get_srcSystem(), message.get_srcComponent())
 
@@ -183,9 +189,7 @@ def _param_read(codec: Codec, m: Any) -> Fact | None:
 def _param_set(codec: Codec, m: Any) -> Fact | None:
     if not codec.for_us(m):
         return None
-    layout = _INTEGER_FORMATS.get(m.param_type)
-    bytewise = struct.unpack(layout, struct.pack("<f", m.param_value))[0] if layout else None
-    return ParamWrite(m.param_id, m.param_value, bytewise, m.target_component == COMPANION, _sender(m))
+    return ParamWrite(m.param_id, m.param_value, bytewise(m), m.target_component == COMPANION, _sender(m))
 
 
 def _command_ack(codec: Codec, m: Any) -> Fact | None:

@@ -7,6 +7,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mav
 
+from dob_companion.mavlink.codec import bytewise
 from dob_companion.mavlink.facts import Sender
 from dob_companion.mavlink.makes import make_of
 from dob_companion.mavlink.outline import is_signed
@@ -40,6 +41,25 @@ class Presence:
     armed: bool
 
 
+@dataclass(frozen=True, slots=True)
+class ParameterHeard:
+    """A PARAM_VALUE: read as a REAL32, and as the integer of its type that the same four bytes are (PX4 means that one;
+    ArduPilot never does), None for a real type."""
+
+    sender: Sender
+    name: str
+    value: float
+    bytewise: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class VersionHeard:
+    """An AUTOPILOT_VERSION: the firmware's version in words."""
+
+    sender: Sender
+    text: str
+
+
 class Listener:
     """Reads all messages of the common dialect; `bad` counts pieces of garbage, `unknown` messages without a name,
     `echoes` messages of our own that the link has sent back, which are nobody's.
@@ -60,7 +80,7 @@ class Listener:
         if len(self._said) > MOST_SAID:
             del self._said[next(iter(self._said))]
 
-    def hear(self, data: bytes) -> Iterator[Heard | Presence]:
+    def hear(self, data: bytes) -> Iterator[Heard | Presence | ParameterHeard | VersionHeard]:
         """What `data` says: one datagram, or any piece of a byte stream."""
         for message in self._messages(data):
             if _content(bytes(message.get_msgbuf())) in self._said:
@@ -69,6 +89,10 @@ class Listener:
             number = message.get_msgId()
             if number == mav.MAVLINK_MSG_ID_HEARTBEAT:
                 yield _presence(message)
+            elif number == mav.MAVLINK_MSG_ID_PARAM_VALUE:
+                yield ParameterHeard(_sender(message), message.param_id, message.param_value, bytewise(message))
+            elif number == mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+                yield VersionHeard(_sender(message), _version(message.flight_sw_version))
             name = message.get_type()
             if name.startswith("UNKNOWN"):
                 self.unknown += 1
@@ -114,6 +138,14 @@ def _content(frame: bytes) -> bytes:
 
 def _sender(message: Any) -> Sender:
     return Sender(message.get_srcSystem(), message.get_srcComponent())
+
+
+def _version(packed: int) -> str:
+    """Major, minor, patch, and the type of the release: a byte each, FIRMWARE_VERSION_TYPE."""
+    major, minor, patch, kind = packed.to_bytes(4, "big")
+    named = mav.enums["FIRMWARE_VERSION_TYPE"].get(kind)
+    word = named.name.removeprefix("FIRMWARE_VERSION_TYPE_").lower() if named else ""
+    return f"{major}.{minor}.{patch}" + (f" {word}" if word not in ("", "official") else "")
 
 
 def _presence(message: Any) -> Presence:

@@ -135,6 +135,15 @@ class Speaker:
         param_id = name.encode("ascii", "replace")[:16]
         return self._pack(mav.MAVLink_param_error_message(to.system, to.component, param_id, index, refusal))
 
+    def read_parameter(self, name: str) -> bytes:
+        """Ask the autopilot for a parameter of its own."""
+        return self._pack(mav.MAVLink_param_request_read_message(self.system, AUTOPILOT, name.encode("ascii"), -1))
+
+    def ask_version(self) -> bytes:
+        """Ask the autopilot for AUTOPILOT_VERSION, once."""
+        command, message = mav.MAV_CMD_REQUEST_MESSAGE, mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION
+        return self._pack(mav.MAVLink_command_long_message(self.system, AUTOPILOT, command, 0, message, *[0.0] * 6))
+
     def request(self, stream: StreamRequest) -> bytes:
         """Ask the autopilot for a message at an interval."""
         return self._pack(
