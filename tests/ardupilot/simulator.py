@@ -180,6 +180,8 @@ def companion(design: Path, directory: Path, *more: object, link: str = COMPANIO
         process = subprocess.Popen(
             [*map(str, (*command, *more))], cwd=ROOT, stdout=log, stderr=log, env=os.environ | {"PYTHONUNBUFFERED": "1"}
         )
+        with contextlib.suppress(PermissionError):  # on board it has a computer of its own
+            os.setpriority(os.PRIO_PROCESS, process.pid, -15)
         try:
             yield process
         finally:
