@@ -31,6 +31,14 @@ def test_the_observer_is_certified_within_the_back_off(name):
     assert result.observer.D.shape == (m, p + m)
 
 
+def test_what_two_gyros_know_without_error_does_not_spoil_the_coordinates():
+    """Their difference is noise alone, known exactly; scaled up, its rounding left only an observer of higher order."""
+    plant = PLANTS["two gyros, one moment"]
+    result = synthesize(*plant.arguments, delay_samples=plant.delay)
+    assert result.observer.nstates == 4
+    assert result.certificate.command_leak <= 1e-10
+
+
 def peer(trouble):
     def solve(*_):
         raise trouble

@@ -26,6 +26,12 @@ FLOORS = (1e-4, 1e-6, 1e-2)
 PASSES = 6
 """Changes of coordinates at most."""
 
+ADDED = 1e-12
+"""Noise added to the measurements, as a share of all of theirs in power, so that the filter exists."""
+
+WHITE = 0.9
+"""Least error direction as a share of the largest, from which on the error counts as white."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WhiteProblem:
@@ -59,18 +65,19 @@ def whitened(problem: EstimationProblem, floor: float = FLOORS[0]) -> WhiteProbl
 def _steps(problem: EstimationProblem, first: tuple[Array, Array], floor: float) -> list[tuple[Array, Array]]:
     """Changes of coordinates, the first one given, after which all is white; only the first where that cannot be.
 
-    It cannot where the filter knows a direction without any error, as without noise.
+    It cannot where the filter knows a direction without any error, as without noise or with two gyros for one rate: its
+    error is then what ADDED makes of it, and would be made as large as all else. With less added it would be less.
     """
     steps = [first]
     for _ in range(PASSES - 1):
         problem = problem.transformed(*steps[-1])
         try:
             step, _, _, white = _kalman(problem, floor)
+            steps.append(step)
+            if white:
+                return steps if _kalman(problem.transformed(*step), WHITE, 0.01 * ADDED)[3] else [first]
         except (np.linalg.LinAlgError, ValueError):
             break
-        steps.append(step)
-        if white:
-            return steps
     return [first]
 
 
@@ -91,11 +98,13 @@ def _or_one(sizes: Array) -> Array:
     return np.where(sizes > 0.0, sizes, 1.0)
 
 
-def _kalman(problem: EstimationProblem, floor: float) -> tuple[tuple[Array, Array], Array, Array, bool]:
+def _kalman(
+    problem: EstimationProblem, floor: float, added: float = ADDED
+) -> tuple[tuple[Array, Array], Array, Array, bool]:
     """Whitening transformations, the filter's gains, and whether no direction lies below the floor."""
     A, B, C, D = problem.A, problem.B, problem.C, problem.D21
     R = D @ D.T
-    R = R + 1e-12 * np.trace(R) * np.eye(len(R)) + 1e-24 * np.eye(len(R))
+    R = R + added * np.trace(R) * np.eye(len(R)) + 1e-24 * np.eye(len(R))
     P = linalg.solve_discrete_are(A.T, C.T, B @ B.T, R, s=B @ D.T)
     w, V = np.linalg.eigh((P + P.T) / 2.0)
     T = V * np.sqrt(np.maximum(w, floor**2 * w[-1]))
