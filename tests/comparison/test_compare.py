@@ -159,13 +159,16 @@ def test_the_picture_is_a_png_of_1600_pixels(pitch):
     assert int.from_bytes(data[16:20], "big") == 1600
 
 
-def test_the_command_prints_the_table_and_writes_what_it_says(tmp_path, capsys):
+def test_the_command_prints_the_table_and_writes_what_it_says(tmp_path, capsys, monkeypatch, designs, pitch):
+    """The comparison itself is the one that this file has made already."""
+    monkeypatch.setattr("dob_companion.synthesis.design_from_toml", lambda *_, **__: designs[1])
+    monkeypatch.setattr("dob_companion.comparison.compare", lambda *asked: [pitch] * (asked[1] == SEEDS))
     spec, out = tmp_path / "pitch.toml", tmp_path / "out"
     spec.write_text(pitch_text(), encoding="utf-8")
-    assert main(["compare", str(spec), "-o", str(out), "--seeds", "2", "--json"]) == 0
+    assert main(["compare", str(spec), "-o", str(out), "--seeds", str(SEEDS), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads((out / "comparison.json").read_text(encoding="utf-8"))
-    assert len(printed["axes"]["pitch"]["methods"]["hinf"]["attenuation"]) == 2
+    assert len(printed["axes"]["pitch"]["methods"]["hinf"]["attenuation"]) == SEEDS
     assert sorted(p.name for p in out.iterdir()) == ["comparison.html", "comparison.json", "comparison.png"]
 
 

@@ -21,7 +21,8 @@ def test_design_writes_a_flyable_file_and_prints_its_certificate(tmp_path, capsy
 
 
 def test_design_prints_json_on_request(tmp_path, capsys):
-    assert main(["design", str(paper.SPEC), "-o", str(tmp_path), "--json"]) == 0
+    (spec := tmp_path / "pitch.toml").write_text(paper.spec_text().partition("# Roll and yaw")[0], encoding="utf-8")
+    assert main(["design", str(spec), "-o", str(tmp_path), "--json"]) == 0
     certificates = json.loads(capsys.readouterr().out)
     assert certificates["pitch"]["gamma_star"] == pytest.approx(1.59982, rel=1e-4)
 
