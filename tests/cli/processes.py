@@ -132,6 +132,8 @@ class UdpVehicle:
         """`count` samples, each answered before the next unless told not to wait; returns the corrections."""
         answers = []
         for _ in range(count):
+            if self.sample % 250 == 0:
+                self.beat()
             stamp = self.stamp
             self.send(mav.MAVLink_highres_imu_message(stamp, 0, 0, 0, *rates, 0, 0, 0, 0, 0, 0, 0, 56))
             self.send(mav.MAVLink_actuator_control_target_message(stamp, 0, [0, 0, 0, 0.5, 0, 0, 0, 1]))

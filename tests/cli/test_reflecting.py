@@ -14,19 +14,14 @@ class Mirror(UdpVehicle):
         self.socket.send(data)
         return data
 
-    def cruise(self, seconds):
-        for _ in range(seconds):
-            self.beat()
-            self.fly(250)
-
 
 def test_on_a_link_that_reflects_it_flies_and_never_takes_itself_for_another_controller(tmp_path):
     design, port = tmp_path / "design.json", free_port()
     design.write_text(dumps(small_design())[0])
     with daemon(design, port), Mirror(port) as vehicle:
-        vehicle.activate().cruise(2)
+        vehicle.activate().fly(500)
         vehicle.sample += 300  # an interruption of 1.2 s, after which echoes still come in
-        vehicle.cruise(5)
+        vehicle.fly(1250)
         told = [m for m in vehicle.said if m.get_type() == "DEBUG_FLOAT_ARRAY"]
         texts = [m.text for m in vehicle.said if m.get_type() == "STATUSTEXT"]
         assert int(told[-1].data[6]) == State.ACTIVE, texts
