@@ -156,10 +156,10 @@ class UdpVehicle:
         return self.wait(lambda m: m.get_type() == "PARAM_VALUE" and m.param_id == name)
 
     def activate(self):
-        """Fly until the correction is fully in."""
+        """Fly until the correction is fully in, past the step that the first enabling in a flight makes."""
         self.fly(600)
         self.write("DOB_ENABLE", 1.0)
-        self.fly(300)
+        self.fly(600)
         return self
 
     def last_correction(self, process):

@@ -158,7 +158,7 @@ def test_a_demo_that_cannot_write_says_so_in_one_line(tmp_path, capsys):
 
 
 SHORT = (
-    SCENARIO.partition("[paper_ratio]")[0]
+    SCENARIO.partition("[paper_ratio]")[0].replace("settle_s = 0.2", "settle_s = 2.0")  # the first enabling has a step
     + """
 [[check]]
 measure = "rms_ratio"

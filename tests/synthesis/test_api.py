@@ -73,7 +73,7 @@ def test_a_result_prints_as_the_table_of_the_command(pitch):
     lines = str(pitch).splitlines()
     assert lines[0].split() == ["250", "Hz,", "delay", "1", "pitch"]
     assert lines[2].split() == ["gamma", "(measured)", f"{pitch.certificate.gamma:.5f}"]
-    assert len(lines) == 11
+    assert len(lines) == 13
     assert max(map(len, lines)) < 80
 
 
