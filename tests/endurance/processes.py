@@ -30,7 +30,8 @@ def killed(times):
                 if began is not None:
                     recoveries.append(time.monotonic() - begin)
                 began = begin
-                answered = 1 + len(vehicle.activate().fly(50)) + 900
+                vehicle.activate().fly(50)
+                answered = vehicle.sample
                 process.send_signal(signal.SIGKILL)
                 process.wait()
             found = {}
