@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bench._plants import all_plants
 from dob_companion.lti.response import response
 from dob_companion.synthesis import synthesize, zpk
 from dob_companion.synthesis.plant.estimation import estimation_problem
@@ -37,8 +38,11 @@ def problem_of_lags(count):
     return Problem(lags(count), none, zpk(*W_D, FAST), zpk(*W_N, FAST), (1,))
 
 
-@pytest.fixture(scope="module", params=["paper", "coupled"])
+@pytest.fixture(scope="module", params=["paper", "coupled", "two gyros"])
 def white(request):
+    if request.param == "two gyros":
+        plant = next(plant for plant in all_plants() if plant.name == "two gyros, one moment")
+        return whitened(estimation_problem(plant.plant, plant.disturbance, plant.noise, (plant.delay,))).problem
     if request.param == "paper":
         return whitened(estimation_problem(paper.PLANT, paper.W_D, paper.W_N, (1,))).problem
     plant, _, W_d, W_n = random_problem(1, 2, 2)

@@ -6,6 +6,7 @@ import pytest
 from bench import plants
 from bench._plants import all_plants
 from dob_companion.synthesis import synthesize
+from dob_companion.synthesis.solve.optimum import BOTH
 
 PLANTS = {plant.name: plant for plant in all_plants()}
 
@@ -37,6 +38,7 @@ def test_what_two_gyros_know_without_error_does_not_spoil_the_coordinates():
     result = synthesize(*plant.arguments, delay_samples=plant.delay)
     assert result.observer.nstates == 4
     assert result.certificate.command_leak <= 1e-10
+    assert result.certificate.gamma_star_method == BOTH
 
 
 def peer(trouble):

@@ -28,20 +28,38 @@ Array = NDArray[np.float64]
 KALMAN_STEPS = 200
 """Of the Kalman filter's Riccati equation from P = 0, at most. P only grows on the way: any of them gives a bound."""
 
+KNOWN = 1e-10
+"""Share of P's largest eigenvalue below which a direction may be one that the filter knows without error."""
+
 SMALLEST = 1e-16
 """Share of P's largest eigenvalue at which the others are cut off: what is less is rounding."""
 
 
 def lower_bound(problem: EstimationProblem, J: Array) -> float:
-    """The bound above for J (n + q, n + q), its negative part removed; 0.0 where there is none."""
-    n, free = len(problem.A), problem.direct.T
+    """The bound above for J (n + q, n + q), its negative part removed; 0.0 where there is none.
+
+    What the filter knows without error has no room in J: what rounding leaves of it costs P^-1. The bound holds for any
+    J, so that J is tried without it as well.
+    """
+    n = len(problem.A)
+    P = _kalman_from_rest(np.hstack([problem.A, problem.B]), np.hstack([problem.C, problem.D21]))
+    sizes, axes = np.linalg.eigh((P + P.T) / 2.0)
     J = _positive(J)
+    bounds = [_bound(problem, J, sizes, axes)]
+    uncertain = axes[:, sizes > KNOWN * sizes[-1]]
+    if uncertain.shape[1] < n:
+        kept = linalg.block_diag(uncertain @ uncertain.T, np.eye(len(J) - n))
+        bounds.append(_bound(problem, kept @ J @ kept, sizes, axes))
+    return max(bounds)
+
+
+def _bound(problem: EstimationProblem, J: Array, sizes: Array, axes: Array) -> float:
+    """For P of these eigenvalues and eigenvectors."""
+    n, free = len(problem.A), problem.direct.T
     following, told, wanted = (
         np.hstack(parts) for parts in ((problem.A, problem.B), (problem.C, problem.D21), (problem.C1, problem.D11))
     )
-    P = _kalman_from_rest(following, told)
     unforeseen = _positive(J[:n, :n] - _unexplained(following, told, J))
-    sizes, axes = np.linalg.eigh((P + P.T) / 2.0)
     price = np.sum((axes.T @ unforeseen @ axes).diagonal() / np.maximum(sizes, SMALLEST * sizes[-1]))
     missed, spent = np.trace(_unexplained(wanted, free @ told, J)), np.trace(J[n:, n:]) + price
     return float(np.sqrt(missed / spent)) if spent > 0.0 and missed > 0.0 else 0.0
