@@ -71,7 +71,9 @@ def fly(
                 _Shown(feed, clock, lines if as_json else None),
                 _Alive(notifier),
                 keeping,
-                Waiting(url, settings.system, show, time.monotonic(), makes=companion.profile.makes),
+                Waiting(
+                    url, settings.system, show, time.monotonic(), makes=companion.profile.makes, design=str(design_path)
+                ),
             ]
             if settings.record.dir is not None:
                 recorder = FlightRecorder(

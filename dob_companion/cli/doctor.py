@@ -26,7 +26,8 @@ def add_parser(commands: Any) -> None:
         "doctor",
         help="what is heard on a link, and what is missing",
         description="Listen to a vehicle: who is heard, rates, delays, signs, which profile fits, what is missing. "
-        "Sends heartbeats, stream requests and TIMESYNC, never a correction. Exit code 0: fit to fly by; 1: not.",
+        "Sends heartbeats, TIMESYNC and requests for streams, parameters and version; writes and corrects nothing. "
+        "Exit code 0: fit to fly by; 1: not.",
         epilog=f"example: dob-companion doctor --link {DEFAULT_LINK} --design design.json",
     )
     parser.add_argument("--link", default=DEFAULT_LINK, metavar="URL", help="link to the autopilot (%(default)s)")
@@ -55,6 +56,7 @@ def run(args: argparse.Namespace) -> int:
     from dob_companion.cli.signing import open_signing
     from dob_companion.doctor.diagnosis import diagnose
     from dob_companion.doctor.listening import Listening, Stage
+    from dob_companion.doctor.settings import wanted
     from dob_companion.mavlink import profiles
     from dob_companion.runtime import open_link, parse_link_url
     from dob_companion.runtime.listen import listen
@@ -85,7 +87,14 @@ def run(args: argparse.Namespace) -> int:
             link = SigningLink(link, gate)
         now = time.monotonic()
         listening = Listening(
-            dt, args.seconds, design, now=now, datagrams=url.datagrams, gate=gate, profile=settings.profile
+            dt,
+            args.seconds,
+            design,
+            now=now,
+            datagrams=url.datagrams,
+            gate=gate,
+            profile=settings.profile,
+            wanted=wanted,
         )
         listen(listening, link, tell, say)
     diagnosis = diagnose(listening, design)
@@ -143,6 +152,8 @@ def _as_json(listening: "Listening", diagnosis: "Diagnosis") -> dict[str, Any]:
             }
             for p in listening.presences.values()
         ],
+        "version": listening.version,
+        "parameters": listening.parameters,
         "streams": list(_streams(listening)),
         "round_trip_ms": {
             "asked": listening.asked_time,

@@ -11,7 +11,8 @@ FIRST_S, LONGEST_S = 5.0, 600.0
 
 
 class Waiting(Witness):
-    """Says how long nobody has been heard, what has come in instead, and what to look for."""
+    """Says how long nobody has been heard, what has come in instead, and what to look for; and of a vehicle that is
+    heard, why the observer still gets nothing."""
 
     def __init__(
         self,
@@ -21,6 +22,7 @@ class Waiting(Witness):
         now: float,
         *,
         makes: tuple[str, ...] = (),
+        design: str = "",
     ) -> None:
         self._url = url
         whose = f"{' or '.join(makes)}'s" if makes else "an autopilot's"
@@ -28,6 +30,9 @@ class Waiting(Witness):
         self._show = show
         self._since, self._next = now, now + FIRST_S
         self._received = 0
+        self._met: float | None = None
+        self._told = False
+        self._more = f"dob-companion doctor --link {url}" + (f" --design {design}" if design else "") + " tells more"
 
     def received(self, data: bytes, now: float) -> None:  # noqa: ARG002
         """Count what comes in."""
@@ -35,12 +40,26 @@ class Waiting(Witness):
 
     def begins(self, companion: Companion, now: float) -> None:
         """Say what is to be said by now."""
-        if companion.vehicle is not None or now < self._next:
+        if companion.vehicle is not None:
+            self._without_samples(companion, now)
+            return
+        if now < self._next:
             return
         waited = self._next - self._since
         self._next += min(waited, LONGEST_S)
         status = companion.status()
-        self._show(Event.info(f"no vehicle for {waited:.0f} s: {self._what(status.bad, status.foreign)}"))
+        more = f"; {self._more}" if waited == FIRST_S else ""
+        self._show(Event.info(f"no vehicle for {waited:.0f} s: {self._what(status.bad, status.foreign)}{more}"))
+
+    def _without_samples(self, companion: Companion, now: float) -> None:
+        """Says once why a vehicle that is heard does not feed the observer."""
+        self._met = now if self._met is None else self._met
+        if self._told or now - self._met < FIRST_S:
+            return
+        self._told = True
+        status = companion.status()
+        if status.stepped == 0 and status.why:
+            self._show(Event.info(f"waiting for gyro and moment: {status.why}; {self._more}"))
 
     def _what(self, bad: int, foreign: int) -> str:
         received = self._received

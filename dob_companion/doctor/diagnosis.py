@@ -3,14 +3,15 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.parameters import UNKNOWN_LIMIT
 from dob_companion.companion.samples import WHOLE
+from dob_companion.doctor.finding import Finding, Verdict
 from dob_companion.doctor.listening import Listening
+from dob_companion.doctor.settings import settings
 from dob_companion.doctor.streamlog import StreamLog
 from dob_companion.mavlink import Input
 from dob_companion.mavlink.profiles import AgeSource
@@ -24,24 +25,6 @@ ONE_SAMPLE = (1, 3)
 
 NOTABLE_DRIFT_PERCENT, BAD_DRIFT_PERCENT = 0.1, 2.0
 NOTABLE_SHARE = 0.01
-
-
-class Verdict(Enum):
-    """What a finding means for flying."""
-
-    OK = "ok"
-    NOTE = "note"
-    MISSING = "missing"
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """One line of the report; `remedy` is "" where nothing needs to be done."""
-
-    verdict: Verdict
-    topic: str
-    text: str
-    remedy: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +45,7 @@ def diagnose(heard: Listening, design: DobDesign | None) -> Diagnosis:
         profile = _best_profile(heard, rate_hz)
         findings += [
             *_requests(heard),
+            *settings(heard.autopilot.make, heard.parameters, rate_hz),
             *_inputs(heard, rate_hz),
             *_stamps(heard, design),
             *_delay(heard, rate_hz, design),
@@ -82,7 +66,8 @@ def _who(heard: Listening) -> Iterator[Finding]:
         yield _nobody(heard)
     for presence in autopilots:
         state = "armed" if presence.armed else "disarmed"
-        text = f"system {presence.sender.system}: {presence.make} autopilot of a {presence.vehicle}, {state}"
+        version = f" {heard.version}" if heard.version and presence is heard.autopilot else ""
+        text = f"system {presence.sender.system}: {presence.make}{version} autopilot of a {presence.vehicle}, {state}"
         yield Finding(Verdict.OK, "autopilot", text)
     if len(autopilots) > 1:
         systems = ", ".join(str(presence.sender.system) for presence in autopilots)

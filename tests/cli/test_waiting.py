@@ -14,7 +14,7 @@ def lines_of(minutes, *, url=UDP, system=None, each_second=None):
     """All lines in so many minutes, with their times; `each_second` is what comes in each second."""
     companion = Companion(small_design())
     heard, now = [], 0.0
-    waiting = Waiting(parse_link_url(url), system, lambda event: heard.append((now, event.text)), now)
+    waiting = Waiting(parse_link_url(url), system, lambda event: heard.append((now, event.text)), now, design="d.json")
     for now in range(60 * minutes):
         if each_second:
             companion.receive(each_second, now)
@@ -35,7 +35,10 @@ def test_it_speaks_soon_and_ever_more_rarely():
 
 
 def test_silence_asks_whether_anybody_sends():
-    assert lines_of(1)[0][1] == f"no vehicle for 5 s: nothing has come in on {UDP}; does the autopilot send there?"
+    first, second, *_ = (text for _, text in lines_of(1))
+    silence = f"nothing has come in on {UDP}; does the autopilot send there?"
+    assert first == f"no vehicle for 5 s: {silence}; dob-companion doctor --link {UDP} --design d.json tells more"
+    assert second == f"no vehicle for 10 s: {silence}"
     assert "at this baud rate?" in lines_of(1, url="/dev/ttyAMA0")[0][1]
 
 
@@ -48,10 +51,26 @@ def test_noise_points_to_the_baud_rate_of_a_serial_line():
 
 def test_messages_without_an_autopilot_are_said_to_be_that():
     ground = beat(190, mav.MAV_TYPE_GCS, mav.MAV_AUTOPILOT_INVALID)
-    assert lines_of(1, each_second=ground)[0][1].endswith("but not an autopilot's heartbeat")
-    assert lines_of(1, each_second=ground, system=7)[0][1].endswith("heartbeat from system 7")
+    assert "but not an autopilot's heartbeat; dob-companion doctor" in lines_of(1, each_second=ground)[0][1]
+    assert "heartbeat from system 7; dob-companion doctor" in lines_of(1, each_second=ground, system=7)[0][1]
 
 
-def test_it_falls_silent_when_a_vehicle_is_heard():
+def test_of_a_vehicle_that_sends_no_samples_it_says_once_why_it_waits_and_what_tells_more():
     autopilot = beat(1, mav.MAV_TYPE_QUADROTOR, mav.MAV_AUTOPILOT_PX4)
-    assert lines_of(2, each_second=autopilot) == []
+    ((at, text),) = lines_of(2, each_second=autopilot)
+    assert at == 5
+    assert text.startswith("waiting for gyro and moment: no samples")
+    assert text.endswith(f"; dob-companion doctor --link {UDP} --design d.json tells more")
+
+
+def test_it_falls_silent_when_samples_come():
+    companion, heard = Companion(small_design()), []
+    waiting = Waiting(parse_link_url(UDP), None, heard.append, 0.0)
+    for k in range(1000):
+        sample = mav.MAVLink_highres_imu_message(4000 * k, *[0.1] * 13, 56)
+        moment = mav.MAVLink_actuator_control_target_message(4000 * k, 0, [0, 0, 0, 0.5, 0, 0, 0, -1])
+        sender = mav.MAVLink(None, srcSystem=1, srcComponent=1)
+        for data in (beat(1, 2, mav.MAV_AUTOPILOT_GENERIC), bytes(sample.pack(sender)), bytes(moment.pack(sender))):
+            companion.receive(data, 0.01 * k)
+        waiting.begins(companion, 0.01 * k)
+    assert heard == []

@@ -8,6 +8,7 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.doctor.diagnosis import diagnose
 from dob_companion.doctor.listening import Listening, Stage
+from dob_companion.doctor.settings import wanted
 from tests.companion.aircraft import moment_array
 
 DT = 0.004
@@ -41,6 +42,9 @@ class Road:
     extra: tuple = ()
     design: object = None
     profile: str = "auto"
+    parameters: object = None
+    """Of the autopilot, by name: read, if they are given, as doctor reads them."""
+    version: int = 0
     sent: list = field(default_factory=list)
 
     def __post_init__(self):
@@ -66,7 +70,8 @@ class Road:
 
     def listen(self, seconds=3.0):
         """The diagnosis, and the Listening behind it."""
-        listening = Listening(DT, seconds, self.design, now=0.0, gate=self.gate, profile=self.profile)
+        asking = {} if self.parameters is None else {"wanted": wanted}
+        listening = Listening(DT, seconds, self.design, now=0.0, gate=self.gate, profile=self.profile, **asking)
         now, vehicle, k, next_beat = 0.0, 0.0, 0, 0.0
         while listening.stage is not Stage.DONE and now < 60.0:
             if self.heartbeat and now >= next_beat:
@@ -100,5 +105,10 @@ class Road:
             result = 2 if message.param1 in self.refuses else self.result
             for _ in range(self.acks):
                 self.at(now + 2 * self.late_s, mav.MAVLink_command_ack_message(message.command, result, 0, 0, 1, 191))
+        if kind == "COMMAND_LONG" and message.command == mav.MAV_CMD_REQUEST_MESSAGE and self.version:
+            self.at(now, mav.MAVLink_autopilot_version_message(0, self.version, 0, 0, 0, *[[0] * 8] * 3, 0, 0, 0))
+        if kind == "PARAM_REQUEST_READ" and message.param_id in self.parameters:
+            value = self.parameters[message.param_id]
+            self.at(now + self.late_s, mav.MAVLink_param_value_message(message.param_id.encode(), value, 9, 900, 1))
         if kind == "TIMESYNC" and message.tc1 == 0 and self.timesync:
             self.at(now + 2 * self.late_s, mav.MAVLink_timesync_message(round(1e9 * now) + 5, message.ts1))
