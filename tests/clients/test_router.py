@@ -20,6 +20,7 @@ from dob_companion.artifact import dumps
 from tests.cli.processes import PATIENCE_S, free_port
 from tests.clients.processes import ROOT, MavProxy, process
 from tests.companion.aircraft import small_design
+from tests.scenarios.designs import design_for
 
 CONFIG = ROOT / "deploy" / "mavlink-router.conf"
 
@@ -80,9 +81,11 @@ class Ground:
 class Companion:
     """`run --json` as a process; its newest status."""
 
-    def __init__(self, port, directory):
+    def __init__(self, port, directory, clock):
+        """In lockstep the vehicle's own observer; in real time one that bears a router's delay."""
         design = directory / "design.json"
-        design.write_text(dumps(small_design(delay_samples=5, delay_margin=30))[0])
+        small = small_design(delay_samples=5, delay_margin=30)
+        design.write_text(dumps(design_for(1) if clock == "lockstep" else small)[0])
         command = ["run", "--design", design, "--link", f"udpin:127.0.0.1:{port}", "--json"]
         self.process = subprocess.Popen(
             [sys.executable, "-m", "dob_companion", *command], cwd=ROOT, stdout=subprocess.PIPE, text=True
@@ -124,7 +127,7 @@ def vehicle(ports, clock):
 
 
 def activate(ground, companion):
-    """Switch on, with a gain of zero: this design is not this vehicle's. ACTIVE proves rate and delay."""
+    """Switch on, with a gain of zero: the design may not be this vehicle's. ACTIVE proves rate and delay."""
     ground.write("DOB_GAIN", 0.0)
     ground.write("DOB_ENABLE", 1.0)
     ground.until(lambda: companion.status["state"] == "ACTIVE")
@@ -147,10 +150,12 @@ def routed(ports, directory):
 
 
 @pytest.mark.skipif(not shutil.which("mavlink-routerd"), reason="mavlink-routerd is not installed")
-def test_through_mavlink_router_the_companion_flies_and_the_ground_hears_what_it_should(ports, vehicle, tmp_path):
+def test_through_mavlink_router_the_companion_flies_and_the_ground_hears_what_it_should(
+    ports, vehicle, clock, tmp_path
+):
     router = subprocess.Popen(["mavlink-routerd", "-c", routed(ports, tmp_path)], stderr=subprocess.DEVNULL)
     try:
-        with Companion(ports["companion"], tmp_path) as companion, Ground(ports["ground"]) as ground:
+        with Companion(ports["companion"], tmp_path, clock) as companion, Ground(ports["ground"]) as ground:
             ground.until(lambda: {(1, "HEARTBEAT"), (191, "HEARTBEAT")} <= ground.heard.keys())
             activate(ground, companion)
             ground.until(lambda: (191, "DEBUG_FLOAT_ARRAY") in ground.heard)
@@ -162,11 +167,11 @@ def test_through_mavlink_router_the_companion_flies_and_the_ground_hears_what_it
 
 
 @pytest.mark.parametrize("clock", ["lockstep", pytest.param("real-time", marks=pytest.mark.proof)])
-def test_through_mavproxy_the_companion_flies_and_the_ground_sees_the_vehicle(ports, vehicle, tmp_path):
+def test_through_mavproxy_the_companion_flies_and_the_ground_sees_the_vehicle(ports, vehicle, clock, tmp_path):
     outputs = [f"--out=127.0.0.1:{ports[name]}" for name in ("companion", "ground")]
     with (
         MavProxy(f"udpin:127.0.0.1:{ports['router']}", tmp_path, *outputs, "--streamrate=-1") as _,
-        Companion(ports["companion"], tmp_path) as companion,
+        Companion(ports["companion"], tmp_path, clock) as companion,
         Ground(ports["ground"]) as ground,
         Ground(ports["radio"]) as radio,
     ):
