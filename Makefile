@@ -2,6 +2,7 @@
 #   make demo    design, fly and switch the paper's observer; results in dob-demo/
 #   make test    the tests, in two processes: JOBS=4 for four
 #   make quick   those that take less than half a second each: what to run between two edits
+#   make slow    measure again which tests those leave out (tests/slow.txt)
 #   make check   lint, types, import floors
 #   make proof   long campaigns and the tables of the docs
 #   make paper   the paper's figures beside ours: docs/paper.md
