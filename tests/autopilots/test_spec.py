@@ -10,6 +10,7 @@ import pytest
 
 from dob_companion.autopilots import Aircraft, Parameters, Sourced, parse_parameters, recognized, spec_text
 from dob_companion.errors import InputError, SpecError
+from dob_companion.synthesis import design_from_toml
 from dob_companion.synthesis.plant.models import discretize, polynomial
 from dob_companion.synthesis.spec.parse import parse_spec
 from dob_companion.synthesis.tune.tuning import tuned_design_from_toml
@@ -19,6 +20,16 @@ ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data" / "parameters"
 GIVEN = Aircraft(gains={"": 100.0})
 TWO = Sourced(2, "given")
+WEIGHTS = """
+[block.weights.disturbance]
+zeros = [-0.8997]
+poles = [0.9962]
+gain = 0.19908
+[block.weights.noise]
+zeros = [0.9949]
+poles = [-0.925]
+gain = 3.7584
+"""
 
 
 def parameters(name, **changed):
@@ -113,7 +124,7 @@ def test_a_static_notch_of_px4_stands_in_the_controller(hz):
 def test_a_notch_that_moves_is_said_and_not_modelled():
     these = parameters("copter.param", INS_HNTCH_ENABLE=1, INS_HNTCH_MODE=3, INS_HNTCH_FREQ=80, INS_HNTCH_BW=40)
     text = made(these)
-    assert re.search(r"^# .*INS_HNTCH_MODE = 3.* not modelled", text, re.MULTILINE)
+    assert re.search(r"#   INS_HNTCH_MODE = 3[^:]*: .*?not modelled", text, re.DOTALL)
     assert blocks(text) == blocks(made(parameters("copter.param")))
 
 
@@ -139,9 +150,22 @@ def test_a_plant_without_a_gain_is_refused_by_design_with_its_key():
         parse_spec(text)
 
 
-def test_a_made_spec_is_designed():
+def roll_of_a_copter():
+    """The spec of a made one's roll alone."""
     whole = made(parameters("copter.param"), Aircraft(gains={"": 306.0}, poles={"": 2.4}, delays_s={"": 0.0023}))
-    roll = whole[: whole.index("[[block]]", whole.index("[[block]]") + 1)]
+    return whole[: whole.index("[[block]]", whole.index("[[block]]") + 1)]
+
+
+def test_a_made_spec_is_designed_with_weights_of_ones_own():
+    head, block = roll_of_a_copter().split("[auto]")
+    roll = head + block[block.index("[[block]]") :] + WEIGHTS
+    (found,) = design_from_toml(roll, "made.toml", "2026-01-01T00:00:00+00:00").blocks
+    assert found.certificate.gamma <= 1.01 * found.certificate.gamma_star
+
+
+@pytest.mark.proof
+def test_a_made_spec_is_designed_by_auto():
+    roll = roll_of_a_copter()
     design, _ = tuned_design_from_toml(roll, "made.toml", "2026-01-01T00:00:00+00:00", None, lambda _: None)
     certificate = design.blocks[0].certificate
     assert certificate.disk_margin >= 0.25
