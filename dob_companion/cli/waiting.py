@@ -32,7 +32,11 @@ class Waiting(Witness):
         self._received = 0
         self._met: float | None = None
         self._told = False
-        self._more = f"dob-companion doctor --link {url}" + (f" --design {design}" if design else "") + " tells more"
+        self._more = (
+            f"dob-companion doctor --link {url}"
+            + (f" --design {design}" if design else "")
+            + " tells more, once this has stopped"
+        )
 
     def received(self, data: bytes, now: float) -> None:  # noqa: ARG002
         """Count what comes in."""

@@ -113,6 +113,7 @@ class Listening:
         self._codec, self._speaker = Codec(datagrams=datagrams), Speaker()
         self._requests = StreamRequests(TRIES)
         self._wanted, self._reading = wanted, ParameterReading(())
+        self._names: tuple[str, ...] = ()
         self._until = now + seconds
         self._next_beat = now
         self._next_timesync = float("inf")
@@ -199,7 +200,8 @@ class Listening:
             self._out.append(self._speaker.request(request))
         elif self._requests.deadline == float("inf"):
             make, vehicle = (self.autopilot.make, self.autopilot.vehicle) if self.autopilot else ("", "")
-            self.stage, self._reading = Stage.READING, ParameterReading(self._wanted(make, vehicle))
+            self._names = self._wanted(make, vehicle)
+            self.stage, self._reading = Stage.READING, ParameterReading(self._names)
             if not self._reading.done:
                 self._out.append(self._speaker.ask_version())
             self._read(now)
@@ -213,7 +215,7 @@ class Listening:
         """PX4 sends the bytes of an integer, ArduPilot its value as a real number."""
         whole = self.autopilot is not None and self.autopilot.make == PX4 and heard.bytewise is not None
         value = float(heard.bytewise) if whole and heard.bytewise is not None else heard.value
-        if np.isfinite(value):
+        if heard.name in self._names and np.isfinite(value):  # others may be downloading them all
             self.parameters[heard.name] = value
         self._reading.told(heard.name)
 

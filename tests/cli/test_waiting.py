@@ -8,6 +8,7 @@ from dob_companion.runtime import parse_link_url
 from tests.companion.aircraft import small_design
 
 UDP = "udpin:127.0.0.1:14540"
+MORE = f"dob-companion doctor --link {UDP} --design d.json tells more, once this has stopped"
 
 
 def lines_of(minutes, *, url=UDP, system=None, each_second=None):
@@ -37,7 +38,7 @@ def test_it_speaks_soon_and_ever_more_rarely():
 def test_silence_asks_whether_anybody_sends():
     first, second, *_ = (text for _, text in lines_of(1))
     silence = f"nothing has come in on {UDP}; does the autopilot send there?"
-    assert first == f"no vehicle for 5 s: {silence}; dob-companion doctor --link {UDP} --design d.json tells more"
+    assert first == f"no vehicle for 5 s: {silence}; {MORE}"
     assert second == f"no vehicle for 10 s: {silence}"
     assert "at this baud rate?" in lines_of(1, url="/dev/ttyAMA0")[0][1]
 
@@ -60,7 +61,7 @@ def test_of_a_vehicle_that_sends_no_samples_it_says_once_why_it_waits_and_what_t
     ((at, text),) = lines_of(2, each_second=autopilot)
     assert at == 5
     assert text.startswith("waiting for gyro and moment: no samples")
-    assert text.endswith(f"; dob-companion doctor --link {UDP} --design d.json tells more")
+    assert text.endswith(f"; {MORE}")
 
 
 def test_it_falls_silent_when_samples_come():

@@ -96,6 +96,12 @@ def test_what_one_may_want_is_a_note_with_its_cure(parameters, changed, topic):
     assert note.remedy
 
 
+def test_parameters_that_others_ask_for_are_let_pass():
+    strange = mav.MAVLink_param_value_message(b"STRANGE", 1.0, 9, 900, 1)
+    road = Road(autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA, parameters=COPTER, extra=((None, strange),))
+    assert set(road.listen(1.0)[1].parameters) == set(COPTER)
+
+
 def test_an_autopilot_that_tells_no_parameter_is_not_judged_by_them():
     diagnosis, _ = told(COPTER, **dict.fromkeys(COPTER))
     assert diagnosis.fit
