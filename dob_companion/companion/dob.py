@@ -92,7 +92,7 @@ class DobLoop:
         self.missing = missing_samples(design)
         self._model = GyroModel(design, longest=AHEAD, revisable=revisable(self.missing))
         self._observer = ObserverBank(design, revisable=revisable(self.missing))
-        self.samples = Samples(design.dt, self.missing, self._model.bridge)
+        self.samples = Samples(design.dt, self.missing, self._model)
         self._settling = math.ceil(max(SETTLING_TIMES * slowest, LEAST_SETTLING_S) / design.dt)
         self._settled = 0
         self._fault = ""
@@ -264,9 +264,9 @@ class DobLoop:
             return
         revisions = self.samples.moment(applied.stamp_us, applied.moment)
         if revisions is not None:
-            for ago, change in revisions:
-                self._observer.revise(ago, change)
-                self._model.revise(ago, change)
+            for revision in revisions:
+                self._observer.revise(*revision)
+                self._model.revise(*revision)
             if inputs := self.samples.foreseen():
                 self._observer.foresee(*inputs)
             age = applied.age_samples

@@ -13,26 +13,28 @@ Why this and not steps of the measured length: an observer designed in discrete 
 system has (on the negative real axis, or at 0 after a delay), and then A^(h/dt) does not exist.
 
 What a lossy link makes of it: up to a bound that follows from the design (`observer.missing`), samples that did not
-come are put in as the design's own model expects them, given what came before and the sample that ended the silence,
-and a moment is held. A moment that comes after its interval was finished with another one is no loss: the difference
-is told, and the observer put right. Beyond the bound it is a gap, after which the observer starts anew. A gyro stamp
-that is not newer than the newest is a repeat or late, and never a step. A stamp more than a second older is a clock
-that has jumped.
+come are put in as the design's own model expects them, given what came before and the sample that ended the silence.
+A moment is held until the next. When more than HELD of them are missing, the gyro's samples say nothing that could be
+told from a change of the moment: until the next moment comes, those that the model expects stand for them. What comes
+late is no loss: the difference between what an interval was finished with and what is known now is told, and the
+observer put right. Beyond the bound it is a gap, after which the observer starts anew. A gyro stamp that is not newer
+than the newest is a repeat or late, and never a step. A stamp more than a second older is a clock that has jumped.
 """
 
 import math
 from bisect import insort
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
 from operator import itemgetter
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from dob_companion.companion.clocks import ClockCheck
 from dob_companion.mavlink.facts import Axes3
 from dob_companion.observer import Missing
+from dob_companion.observer.missing import HELD
 
 RESTART_US = 1_000_000
 """A stamp this much older than the newest is no late message but a restarted clock."""
@@ -83,15 +85,21 @@ class SampleCounters:
 Inputs = tuple[Axes3, Axes3]
 """One interval of the grid: rates at its begin (rad/s) and mean applied moment (normalized torque)."""
 
-_Interval = tuple[float, float, Axes3]
-"""A finished interval of the grid: its ends, µs, and the mean moment that it was finished with."""
+_Interval = tuple[float, float, Axes3, Inputs]
+"""A finished interval of the grid: its ends, µs, the rates at its begin, and what it was finished with."""
 
-Revision = tuple[int, Axes3]
-"""So many intervals ago (0: the last finished) the mean moment was in truth larger by so much."""
+Revision = tuple[int, Axes3, Axes3]
+"""So many intervals ago (0: the last finished) rates and mean moment were in truth larger by so much."""
 
-Bridge = Callable[[Axes3, Sequence[Axes3], Axes3, float], list[Axes3]]
-"""Rates at the begin, moments of the intervals, the sample after them, dt from the last end to it; gives the rates at
-each end (`GyroModel.bridge`)."""
+
+class Model(Protocol):
+    """What is expected of the gyro (`observer.GyroModel`), after the intervals whose `follow_up` is done."""
+
+    def bridge(self, first: Axes3, moments: Sequence[Axes3], last: Axes3, beyond: float) -> list[Axes3]:
+        """Rates at the end of each interval, given those at the first begin and `beyond` dt after the last end."""
+
+    def expect(self, finished: Sequence[Inputs], moment: Axes3) -> Axes3:
+        """Rates after further intervals, under a moment."""
 
 
 class Arrived(NamedTuple):
@@ -109,13 +117,13 @@ class Arrived(NamedTuple):
 class Samples:
     """The grid of one vehicle.
 
-    `missing`: what may be missing before it is a gap; `bridge` puts in the rates of samples that did not come.
+    `missing`: what may be missing before it is a gap; `model` says what stands for samples that cannot be used.
     """
 
-    def __init__(self, dt: float, missing: Missing, bridge: Bridge) -> None:
+    def __init__(self, dt: float, missing: Missing, model: Model) -> None:
         self.counters = SampleCounters()
         self.clocks = ClockCheck(dt)
-        self._missing, self._bridge = missing, bridge
+        self._missing, self._model = missing, model
         self._dt_us = 1e6 * dt
         self._tolerance_us = SNAP * self._dt_us
         self._newest: int | None = None
@@ -170,7 +178,7 @@ class Samples:
             self.counters.restarts += 1
             self._moments.clear()
             return self._begin(stamp_us, rates, Arrival.RESTART)
-        missing, moments_missing = self._samples_missing(previous, stamp_us), self._moments_missing()
+        missing, moments_missing = self._samples_missing(previous, stamp_us), self._moments_missing(self._grid)
         owed = self._owed + missing if missing else max(0, self._owed - 1)
         finished = None if self._spoilt else self._finish(previous, stamp_us, rates)
         if finished is None or owed > self._missing.samples or moments_missing > self._missing.moments:
@@ -179,7 +187,7 @@ class Samples:
         self.counters.bridged += missing > 0 or moments_missing > 0
         self._newest, self._rates, self._owed = stamp_us, rates, owed
         self.counters.stepped += len(finished)
-        return Arrived(Arrival.NEXT, finished, self._grid_rates)
+        return Arrived(Arrival.NEXT, finished, self._rates_now(finished))
 
     def known(self, stamp_us: int) -> Arrival | None:
         """REPEAT or LATE, counted, for a gyro stamp that brings nothing new; None for one that does."""
@@ -214,10 +222,10 @@ class Samples:
         """Gyro samples that should have come between two stamps."""
         return max(0, math.ceil((stamp_us - previous) / self._dt_us - WHOLE) - 1)
 
-    def _moments_missing(self) -> int:
-        """Moments that should have come since the one that acts at the newest grid point."""
-        acting = [stamp for stamp, _ in self._moments if stamp <= self._grid + self._tolerance_us]
-        return max(0, math.ceil((self._grid - acting[-1]) / self._dt_us - WHOLE)) if acting else 0
+    def _moments_missing(self, point: float) -> int:
+        """Moments that should have come since the one that acts at a grid point; 0 when none is known."""
+        acting = [stamp for stamp, _ in self._moments if stamp <= point + self._tolerance_us]
+        return max(0, math.ceil((point - acting[-1]) / self._dt_us - WHOLE)) if acting else 0
 
     def _finish(self, previous: int, stamp_us: int, rates: Axes3) -> tuple[Inputs, ...] | None:
         """The intervals up to `stamp_us`; None when no moment acts in them, or they are too many to put in."""
@@ -230,20 +238,28 @@ class Samples:
             if moment is None:
                 return None
             moments.append(moment)
+        unknown = self._moments_missing(self._grid) > HELD and not self._samples_missing(previous, stamp_us)
         rates_at = self._rates_at(ends, moments, previous, stamp_us, rates)
-        finished = []
+        finished: list[Inputs] = []
         for end, moment, following in zip(ends, moments, rates_at, strict=True):
-            finished.append((self._grid_rates, moment))
-            self._finished.append((self._grid, end, moment))
+            used = self._model.expect(finished, moment) if unknown else self._grid_rates
+            finished.append((used, moment))
+            self._finished.append((self._grid, end, self._grid_rates, (used, moment)))
             self._grid, self._grid_rates = end, following
         return tuple(finished)
+
+    def _rates_now(self, finished: tuple[Inputs, ...]) -> Axes3:
+        """The rates to estimate by at the newest grid point."""
+        if self._moments_missing(self._grid) <= HELD:
+            return self._grid_rates
+        return self._model.expect(finished, self._moments[-1][1])
 
     def _rates_at(
         self, ends: list[float], moments: list[Axes3], previous: int, stamp_us: int, rates: Axes3
     ) -> list[Axes3]:
         """Rates at the grid points up to a sample: on the line between two that follow each other, else put in."""
         if (stamp_us - previous) / self._dt_us > 1.0 + WHOLE and ends:
-            return self._bridge(self._grid_rates, moments, rates, (stamp_us - ends[-1]) / self._dt_us)
+            return self._model.bridge(self._grid_rates, moments, rates, (stamp_us - ends[-1]) / self._dt_us)
         shares = [(end - previous) / (stamp_us - previous) for end in ends]
         return [rates if share == 1.0 else _between(self._rates, rates, share) for share in shares]
 
@@ -260,25 +276,38 @@ class Samples:
         return points
 
     def _mean_moment(self, begin: float, end: float) -> Axes3 | None:
-        """Time mean of the moment over an interval, the newest one held; None when none acts at its begin."""
+        """Time mean of the moment over an interval; None when none acts at its begin.
+
+        A moment acts until the next one. Where HELD or more are missing between two, the line between them is nearer to
+        what has acted.
+        """
         at_begin, before_end = begin + self._tolerance_us, end - self._tolerance_us
-        pieces: list[tuple[int, Axes3]] = []
-        for piece in self._moments:  # in order of their stamps
-            if piece[0] <= at_begin:
-                pieces = [piece]
-            elif pieces and piece[0] < before_end:
-                pieces.append(piece)
-        if not pieces:
+        first = sum(stamp <= at_begin for stamp, _ in self._moments) - 1  # in order of their stamps
+        last = sum(stamp < before_end for stamp, _ in self._moments) - 1
+        if first < 0:
             return None
-        return pieces[0][1] if len(pieces) == 1 else _mean(pieces, begin, end)
+        edges = [begin, *(float(stamp) for stamp, _ in self._moments[first + 1 : last + 1]), end]
+        pieces = [(b - a, self._acting(k, a, b)) for k, (a, b) in enumerate(pairwise(edges), start=first)]
+        return pieces[0][1] if len(pieces) == 1 else _mean(pieces)
+
+    def _acting(self, which: int, begin: float, end: float) -> Axes3:
+        """Mean of one moment's part of an interval."""
+        stamp, moment = self._moments[which]
+        if which + 1 < len(self._moments):
+            next_stamp, next_moment = self._moments[which + 1]
+            if next_stamp - stamp > (HELD + WHOLE) * self._dt_us:
+                return _between(moment, next_moment, ((begin + end) / 2 - stamp) / (next_stamp - stamp))
+        return moment
 
     def _revised(self) -> Iterator[Revision]:
         """What the moments now known make of the finished intervals."""
-        for at, (begin, end, before) in enumerate(self._finished):
+        for at, (begin, end, rates, used) in enumerate(self._finished):
             moment = self._mean_moment(begin, end)
-            if moment is not None and moment != before:
-                self._finished[at] = begin, end, moment
-                yield len(self._finished) - 1 - at, _difference(moment, before)
+            if moment is None or self._moments_missing(begin) > HELD:
+                continue
+            if (rates, moment) != used:
+                self._finished[at] = begin, end, rates, (rates, moment)
+                yield len(self._finished) - 1 - at, _difference(rates, used[0]), _difference(moment, used[1])
 
     def _forget(self) -> None:
         """Drop the moments that no interval can need, neither to come nor to be revised."""
@@ -297,11 +326,8 @@ def _between(before: Axes3, after: Axes3, share: float) -> Axes3:
     return roll, pitch, yaw
 
 
-def _mean(pieces: list[tuple[int, Axes3]], begin: float, end: float) -> Axes3:
-    """Time mean over begin…end of values that act from their stamps on, the first of them from `begin`."""
-    edges = [begin, *(float(stamp) for stamp, _ in pieces[1:]), end]
-    shares = [(after - before) / (end - begin) for before, after in pairwise(edges)]
-    roll, pitch, yaw = (
-        sum(share * moment[axis] for share, (_, moment) in zip(shares, pieces, strict=True)) for axis in range(3)
-    )
+def _mean(pieces: list[tuple[float, Axes3]]) -> Axes3:
+    """Mean of values, each with its weight."""
+    whole = sum(weight for weight, _ in pieces)
+    roll, pitch, yaw = (sum(weight * value[axis] for weight, value in pieces) / whole for axis in range(3))
     return roll, pitch, yaw

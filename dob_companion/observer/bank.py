@@ -44,7 +44,7 @@ class ObserverBank:
         self._x: Vector = np.zeros(order)
         self._Cx: Axes3 = (0.0, 0.0, 0.0)
         self._foreseen: _Step | None = None
-        self._late = powers(self._A, self._B[:, 3:], revisable)
+        self._late = powers(self._A, self._B, revisable)
 
     def estimate(self, y_n: Axes3) -> Axes3:
         """d_hat of the sample whose gyro rates are `y_n`; the state stays."""
@@ -64,12 +64,12 @@ class ObserverBank:
         """Work out ahead what `advance` with these inputs does. With others it works that out anew."""
         self._foreseen = self._step(y_n, u_e)
 
-    def revise(self, ago: int, change: Axes3) -> None:
-        """The u_e of a step already finished was off by `change`, three normalized torques: put the state right.
+    def revise(self, ago: int, y_n: Axes3, u_e: Axes3) -> None:
+        """The inputs of a step already finished were off by `y_n` (rad/s) and `u_e` (normalized torque): put it right.
 
-        `ago` counts the steps finished since: 0 is the last. The state is what it would be, had u_e been known.
+        `ago` counts the steps finished since: 0 is the last. The state is what it would be, had they been known.
         """
-        self._x = self._x + self._late[ago] @ np.array(change)
+        self._x = self._x + self._late[ago] @ np.array((*y_n, *u_e))
         roll, pitch, yaw = (self._C @ self._x).tolist()
         self._Cx, self._foreseen = (roll, pitch, yaw), None
 

@@ -30,6 +30,10 @@ MOST = 30
 LEAST = 1
 """One missing sample is always borne, since no link is without, even where a very fast design says 0."""
 
+HELD = 2
+"""Moments in a row that may be missing while the last one is held and the gyro's samples are used; after more, those
+that the model expects stand for them until a moment comes."""
+
 GROWTH = 2.0
 """The root mean square of the estimation error may become so many times what it is with complete data."""
 
@@ -124,11 +128,31 @@ class _Flight:
         return self._added([(rates[k] - self._y[k], held - self._u[k]) for k in range(end)])
 
     def without_moments(self, missing: int) -> Array:
-        """RMS of what is added to d_hat when the moments of samples 1 … `missing` do not come."""
-        held = self._u[0]
-        return self._added([(0.0 * self._y[k], held - self._u[k]) for k in range(missing + 1)])
+        """The largest RMS of what is added to d_hat when the moments of samples 1 … `missing` do not come: until the
+        next one does, or after it has, when the rates are used after all and HELD moments or more lie on a line."""
+        before, after = self._u[0], self._u[missing + 1]
+        known = [
+            (0.0 * self._y[k], before + (after - before) * k / (missing + 1) - self._u[k]) for k in range(missing + 1)
+        ]
+        if missing < HELD:
+            known = [(0.0 * self._y[k], before - self._u[k]) for k in range(missing + 1)]
+        return np.maximum(self._until(missing), self._added(known))
+
+    def _until(self, missing: int) -> Array:
+        """The largest RMS at samples 2 … `missing` + 1, before the next moment comes."""
+        p, held, x = self._predictor, self._u[0], np.zeros((len(self._observer.A), self._y[0].shape[1]))
+        D_y = self._observer.D[:, : len(self._y[0])]
+        x_hat, rates, largest = self._x_hat, self._y[0], np.zeros(len(self._observer.C))
+        for k in range(missing + 1):
+            x = self._observer.A @ x + self._observer.B @ np.vstack([rates - self._y[k], held - self._u[k]])
+            x_hat = p.A @ x_hat + p.B @ held + p.K @ (rates - p.C @ x_hat - p.D @ held)
+            rates = self._y[k + 1] if k + 1 <= HELD else p.C @ x_hat + p.D @ held
+            d_hat = self._observer.C @ x + D_y @ (rates - self._y[k + 1])
+            largest = np.maximum(largest, np.linalg.norm(d_hat, axis=1))
+        return largest
 
     def _added(self, errors: list[tuple[Array, Array]]) -> Array:
+        """The largest RMS of d_hat's difference at the samples after inputs that were off by (rates, moments)."""
         x = np.zeros((len(self._observer.A), self._y[0].shape[1]))
         for rates, moments in errors:
             x = self._observer.A @ x + self._observer.B @ np.vstack([rates, moments])

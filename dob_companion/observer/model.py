@@ -41,15 +41,15 @@ class GyroModel:
             for steps in range(1, longest + 2):
                 self._bridges[steps][np.ix_(range(steps), rows, rows)] = predictor.bridging(steps)
         self._x: Vector = np.zeros(order)
-        self._late = powers(self._A - self._K @ self._C, self._B - self._K @ self._D, revisable)
+        self._late = powers(self._A - self._K @ self._C, np.hstack([self._K, self._B - self._K @ self._D]), revisable)
 
     def advance(self, y_n: Axes3, u_e: Axes3) -> None:
         """Finish a sample, as the observer does."""
         self._x = self._next(self._x, np.array(y_n), np.array(u_e))
 
-    def revise(self, ago: int, change: Axes3) -> None:
+    def revise(self, ago: int, y_n: Axes3, u_e: Axes3) -> None:
         """As `ObserverBank.revise`."""
-        self._x = self._x + self._late[ago] @ np.array(change)
+        self._x = self._x + self._late[ago] @ np.array((*y_n, *u_e))
 
     def reset(self) -> None:
         """Forget everything: the zero state."""
@@ -72,6 +72,14 @@ class GyroModel:
         if beyond == 0.0:
             rates[-1] = y_last
         return [(roll, pitch, yaw) for roll, pitch, yaw in rates.tolist()]
+
+    def expect(self, finished: Sequence[tuple[Axes3, Axes3]], moment: Axes3) -> Axes3:
+        """The rates after further intervals, (rates, moment) each, under a moment."""
+        x = self._x
+        for y_n, u_e in finished:
+            x = self._next(x, np.array(y_n), np.array(u_e))
+        roll, pitch, yaw = (self._C @ x + self._D @ np.array(moment)).tolist()
+        return roll, pitch, yaw
 
     def _foreseen(self, y_first: Vector, moments: Vector) -> Vector:
         """The rates that the model expects at the end of each interval, and of one more with the last moment held."""

@@ -98,6 +98,17 @@ def test_lost_pairs_within_the_bound_are_no_gap_and_cost_no_more_than_it_says(to
     assert np.sqrt(np.mean(off**2)) <= foreseen(design.blocks[0], bound)
 
 
+@pytest.mark.parametrize("missing", [2, 5])
+def test_lost_moments_cost_what_the_design_foresees(missing):
+    design, period = designed("tuned"), 60
+    y, u, _ = drawn(design.blocks[0], 12_000, seed=4)
+    lost = {at + k for at in range(540, len(y), period) for k in range(missing)}
+    _, off = differences(design, y, u, begin=540, moments_lost=lost)
+    by_phase = off[: len(off) // period * period].reshape(-1, period)
+    found = np.max(np.sqrt(np.mean(by_phase**2, axis=0)))
+    assert found == pytest.approx(flight_of(design.blocks[0], 8).without_moments(missing)[0], rel=0.15)
+
+
 def test_moments_that_always_come_late_by_up_to_the_bound_are_no_gap(told):
     design, y, u = told
     bound = missing_samples(design)

@@ -2,12 +2,13 @@
 
 For `small_design` the observer can be written in one line, x <- (x + y_n - u_e) / 2 and d_hat = x, and so can what its
 model expects: y_n = u_e + d + n with a scalar d. The oracle carries both in plain numbers, and applies the rules of
-docs/interfaces.md by itself: samples that are missing are put in as the model expects them given both sides, a moment
-is held until the next and put right when one comes late; beyond the bounds it is a gap, after which x = 0 and nothing
-fresh may be sent for 25 samples. A correction is right when it is exactly zero, or f · clip(-x, ±limit) for x of just
-this stamp, or f times the last such value (a fade), with one f for all axes, 0 <= f <= 1, that has moved by no more
-than dt / ramp since the correction before. A fade after a gap begins from the smaller of that value and what the
-samples around the gap make likely.
+docs/interfaces.md by itself. Samples that are missing are put in as the model expects them given both sides; a moment
+is held until the next, or lies on the line between two that two or more are missing between; while more than two are
+missing, what the model expects stands for the gyro; all of it is put right when a moment comes late. Beyond the bounds
+it is a gap, after which x = 0 and nothing fresh may be sent for 25 samples. A correction is right when it is exactly
+zero, or f · clip(-x, ±limit) for x of just this stamp, or f times the last such value (a fade), with one f for all
+axes, 0 <= f <= 1, that has moved by no more than dt / ramp since the correction before. A fade after a gap begins from
+the smaller of that value and what the samples around the gap make likely.
 """
 
 import math
@@ -23,6 +24,7 @@ TOLERANCE = 2e-6
 
 LONGEST_RUN = 8
 LONGEST_MOMENT = 10
+HELD = 2
 """Samples, and moments, in a row that may be missing: the bounds of `small_design`, which a test holds."""
 
 REACH = 32
@@ -44,7 +46,7 @@ class Oracle:
         self._newest = None
         self._y = (0.0,) * 3
         self._moments = {}
-        self._intervals = []  # (begin, rates) of those that a late moment may still change
+        self._intervals = []  # [begin, rates, expected rates or None] of those that a late moment may still change
         self._base = ((0.0, 0.0),) * 3  # x and d before them, by axis
         self._owed, self._spoilt, self._run = 0, False, 0
         self._f, self._held = 0.0, (0.0,) * 3
@@ -52,6 +54,10 @@ class Oracle:
     @property
     def _x(self):
         return [x for x, _ in self._now()]
+
+    def _unknown(self, begin):
+        """Whether so many moments are missing that the gyro says nothing."""
+        return begin - self._acting(begin) > HELD * DT_US
 
     def gyro(self, stamp, y):
         """A gyro sample arrived."""
@@ -90,7 +96,7 @@ class Oracle:
     def _put_in(self, y, steps):
         """The intervals from the newest sample to the one that has come, `steps` later."""
         begins = [self._newest + k * DT_US for k in range(steps)]
-        moments = [self._moments[self._acting(begin)] for begin in begins]
+        moments = [self._moment_from(begin, held=False) for begin in begins]
         rates = [self._y]
         spread = [P]
         for _ in range(steps - 1):
@@ -102,21 +108,39 @@ class Oracle:
         for k in range(1, steps):
             share = POLE ** (steps - k) * spread[k - 1] / (spread[-1] + NOISE**2)
             rates.append(tuple(f[k - 1] + share * (y[axis] - f[-1]) for axis, f in enumerate(foreseen)))
-        self._intervals += zip(begins, rates, strict=True)
+        if steps == 1 and self._unknown(self._newest):
+            self._intervals.append([begins[0], rates[0], self._expected()])
+        else:
+            self._intervals += [[begin, rate, None] for begin, rate in zip(begins, rates, strict=True)]
         kept = LONGEST_MOMENT + 2
         self._base = self._now(self._intervals[:-kept])
         del self._intervals[:-kept]
+
+    def _expected(self):
+        """What the model expects of the gyro at the newest sample."""
+        acting = self._moments[self._acting(self._newest)]
+        return tuple(u + d for u, (_, d) in zip(acting, self._now(), strict=True))
 
     def _now(self, intervals=None):
         """x and d after the intervals, by axis."""
         found = []
         for axis, state in enumerate(self._base):
             x, d = state
-            for begin, rates in self._intervals if intervals is None else intervals:
-                u = self._moments[self._acting(begin)][axis]
-                x, d = (x + rates[axis] - u) / 2, POLE * d + KALMAN * (rates[axis] - u - d)
+            for begin, rates, expected in self._intervals if intervals is None else intervals:
+                y = rates if expected is None else expected
+                u = self._moment_from(begin, held=expected is not None)[axis]
+                x, d = (x + y[axis] - u) / 2, POLE * d + KALMAN * (y[axis] - u - d)
             found.append((x, d))
         return tuple(found)
+
+    def _moment_from(self, begin, *, held):
+        acting = self._acting(begin)
+        following = min((stamp for stamp in self._moments if stamp > acting), default=None)
+        if held or following is None or following - acting <= HELD * DT_US:
+            return self._moments[acting]
+        share = (begin + DT_US / 2 - acting) / (following - acting)
+        pair = zip(self._moments[acting], self._moments[following], strict=True)
+        return tuple(a + share * (b - a) for a, b in pair)
 
     def _acting(self, begin):
         """Stamp of the moment that acts from `begin` on; None when none is known."""
@@ -129,6 +153,9 @@ class Oracle:
             return
         if newest is None or stamp >= newest or stamp > max(self._moments, default=-1):
             self._moments.setdefault(stamp, u)
+        for interval in self._intervals:
+            if interval[2] is not None and not self._unknown(interval[0]):
+                interval[2] = None
         oldest = self._intervals[0][0] if self._intervals else newest
         acting = None if oldest is None else self._acting(oldest)
         for old in [t for t in self._moments if acting is not None and t < acting]:
