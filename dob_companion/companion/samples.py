@@ -155,11 +155,13 @@ class Samples:
         if known or (finished and stamp_us < (self._newest_moment or 0)):
             self.counters.late += 1
             return None
+        before = max((stamp for stamp, _ in self._moments if stamp < stamp_us), default=0)
+        awaited = bool(self._finished) and before < self._finished[-1][0] - self._tolerance_us
         self._newest_moment = max(stamp_us, self._newest_moment or 0)
         self._forget()
         insort(self._moments, (stamp_us, moment), key=itemgetter(0))
         del self._moments[:-MOST_MOMENTS]
-        return tuple(self._revised()) if finished else ()
+        return tuple(self._revised()) if finished or awaited else ()
 
     def foreseen(self) -> Inputs | None:
         """The next interval, if the next gyro sample completes it on time and brings no other moment with it."""
@@ -178,7 +180,7 @@ class Samples:
             self.counters.restarts += 1
             self._moments.clear()
             return self._begin(stamp_us, rates, Arrival.RESTART)
-        missing, moments_missing = self._samples_missing(previous, stamp_us), self._moments_missing(self._grid)
+        missing, moments_missing = self._samples_missing(previous, stamp_us), self._moments_awaited()
         owed = self._owed + missing if missing else max(0, self._owed - 1)
         finished = None if self._spoilt else self._finish(previous, stamp_us, rates)
         if finished is None or owed > self._missing.samples or moments_missing > self._missing.moments:
@@ -223,9 +225,14 @@ class Samples:
         return max(0, math.ceil((stamp_us - previous) / self._dt_us - WHOLE) - 1)
 
     def _moments_missing(self, point: float) -> int:
-        """Moments that should have come since the one that acts at a grid point; 0 when none is known."""
-        acting = [stamp for stamp, _ in self._moments if stamp <= point + self._tolerance_us]
-        return max(0, math.ceil((point - acting[-1]) / self._dt_us - WHOLE)) if acting else 0
+        """Moments that should have come by a grid point since the newest; 0 when none is known."""
+        newest = self._moments[-1][0] if self._moments else point
+        return max(0, math.ceil((point - newest) / self._dt_us - WHOLE))
+
+    def _moments_awaited(self) -> int:
+        """Moments that are missing, those included that have come while others behind them had not."""
+        unknown = sum(rates != used for _, _, rates, (used, _) in self._finished)
+        return max(self._moments_missing(self._grid), unknown + HELD if unknown else 0)
 
     def _finish(self, previous: int, stamp_us: int, rates: Axes3) -> tuple[Inputs, ...] | None:
         """The intervals up to `stamp_us`; None when no moment acts in them, or they are too many to put in."""
@@ -301,11 +308,11 @@ class Samples:
 
     def _revised(self) -> Iterator[Revision]:
         """What the moments now known make of the finished intervals."""
+        if not self._finished or self._moments_missing(self._finished[-1][0]) > HELD:
+            return  # what the model expected of the newest intervals rests on the older ones: all at once, or none
         for at, (begin, end, rates, used) in enumerate(self._finished):
             moment = self._mean_moment(begin, end)
-            if moment is None or self._moments_missing(begin) > HELD:
-                continue
-            if (rates, moment) != used:
+            if moment is not None and (rates, moment) != used:
                 self._finished[at] = begin, end, rates, (rates, moment)
                 yield len(self._finished) - 1 - at, _difference(rates, used[0]), _difference(moment, used[1])
 

@@ -28,8 +28,18 @@ class Lines:
         return 0.0, 0.0, 0.0
 
 
+class Told(Samples):
+    """Takes arrays for three values."""
+
+    def gyro(self, stamp_us, rates):
+        return super().gyro(stamp_us, tuple(map(float, rates)))
+
+    def moment(self, stamp_us, moment):
+        return super().moment(stamp_us, tuple(map(float, moment)))
+
+
 def new_samples(samples=1, moments=1):
-    return Samples(DT_US * 1e-6, Missing(samples, moments), Lines())
+    return Told(DT_US * 1e-6, Missing(samples, moments), Lines())
 
 
 def fed(stamps, moment_offset=0, moments=None):

@@ -55,9 +55,14 @@ class Oracle:
     def _x(self):
         return [x for x, _ in self._now()]
 
+    def _awaited(self):
+        """Moments that are missing, or have come while others behind them had not."""
+        unknown = sum(expected is not None for _, _, expected in self._intervals)
+        return max((self._newest - max(self._moments)) / DT_US, unknown + HELD if unknown else 0)
+
     def _unknown(self, begin):
         """Whether so many moments are missing that the gyro says nothing."""
-        return begin - self._acting(begin) > HELD * DT_US
+        return begin - max(self._moments) > HELD * DT_US
 
     def gyro(self, stamp, y):
         """A gyro sample arrived."""
@@ -80,7 +85,7 @@ class Oracle:
         acting = self._acting(self._newest)
         owed = self._owed + steps - 1 if steps > 1 else max(0, self._owed - 1)
         bad = self._spoilt or acting is None or steps > REACH
-        if bad or owed > LONGEST_RUN or self._newest - acting > LONGEST_MOMENT * DT_US:
+        if bad or owed > LONGEST_RUN or self._awaited() > LONGEST_MOMENT:
             if not bad:
                 self._put_in(y, steps)
                 self._held = tuple(map(_smaller, self._held, self._clipped()))
@@ -153,8 +158,8 @@ class Oracle:
             return
         if newest is None or stamp >= newest or stamp > max(self._moments, default=-1):
             self._moments.setdefault(stamp, u)
-        for interval in self._intervals:
-            if interval[2] is not None and not self._unknown(interval[0]):
+        if self._intervals and not self._unknown(self._intervals[-1][0]):
+            for interval in self._intervals:
                 interval[2] = None
         oldest = self._intervals[0][0] if self._intervals else newest
         acting = None if oldest is None else self._acting(oldest)
