@@ -206,17 +206,13 @@ class DobLoop:
         known = self.samples.known(sample.stamp_us)
         if known:  # a repeat is answered as before, a late one not at all
             return self.answer if known is Arrival.REPEAT else None
+        if self.samples.restarted(sample.stamp_us):
+            self._restart()
         if not _finite(sample.rates):
             self.samples.spoil_gyro(sample.stamp_us)
             return self._spoiled(sample.stamp_us, "gyro rate not finite")
         arrived = self.samples.gyro(sample.stamp_us, sample.rates)
         self.watch.regime.vehicle_time(sample.stamp_us * 1e-6)
-        if arrived.arrival is Arrival.RESTART:
-            self.gate.clear()
-            self.watch.regime.forget()
-            self.shaper.drop()  # a vehicle that has started anew holds no correction that could be faded
-            self._steps.forget()
-            self._start_anew("vehicle clock jumped back")
         if arrived.arrival is Arrival.GAP:
             self._fade_from_here(arrived)
             self._start_anew("gap in samples" if self.answer else "observer settling")
@@ -359,6 +355,14 @@ class DobLoop:
         """A fault matters, and stays, when the operator wants to inject."""
         if fault and self._wish and not self._fault:
             self._fault = fault
+
+    def _restart(self) -> None:
+        """The vehicle's clock has jumped back: one that has started anew holds no correction that could be faded."""
+        self.gate.clear()
+        self.watch.regime.forget()
+        self.shaper.drop()
+        self._steps.forget()
+        self._start_anew("vehicle clock jumped back")
 
     def _fade_from_here(self, gap: Arrived) -> None:
         """A gap ends a correction; its fade begins from no more than what the samples on both sides of it make likely,

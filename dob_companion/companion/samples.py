@@ -176,7 +176,7 @@ class Samples:
         previous = self._newest
         if previous is None:
             return self._begin(stamp_us, rates, Arrival.GAP)
-        if stamp_us < previous:
+        if self.restarted(stamp_us):
             self.counters.restarts += 1
             self._moments.clear()
             return self._begin(stamp_us, rates, Arrival.RESTART)
@@ -190,6 +190,10 @@ class Samples:
         self._newest, self._rates, self._owed = stamp_us, rates, owed
         self.counters.stepped += len(finished)
         return Arrived(Arrival.NEXT, finished, self._rates_now(finished))
+
+    def restarted(self, stamp_us: int) -> bool:
+        """Whether a gyro stamp that is not `known` is one of a clock that has jumped back."""
+        return self._newest is not None and stamp_us < self._newest
 
     def known(self, stamp_us: int) -> Arrival | None:
         """REPEAT or LATE, counted, for a gyro stamp that brings nothing new; None for one that does."""

@@ -312,3 +312,13 @@ def test_garbage_between_messages_is_counted_and_changes_nothing():
     assert after.bad > before.bad
     assert after.stepped == before.stepped + 5
     assert after.gaps == before.gaps
+
+
+def test_a_clock_that_jumps_back_with_a_sample_that_is_not_finite_is_measured_anew():
+    plane = aircraft().active()
+    plane.sample -= 1000
+    plane.rates = (float("nan"), 0.0, 0.0)
+    plane.pair()
+    plane.rates = (0.0, 0.0, 0.0)
+    plane.pairs(10)
+    assert plane.companion.status().rate_hz == pytest.approx(250.0)

@@ -99,6 +99,7 @@ def test_lost_pairs_within_the_bound_are_no_gap_and_cost_no_more_than_it_says(to
     assert np.sqrt(np.mean(off**2)) <= foreseen(design.blocks[0], bound)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("missing", [2, 5])
 def test_lost_moments_cost_what_the_design_foresees(missing):
     design, period = designed("tuned"), 60

@@ -62,6 +62,7 @@ def test_the_surprise_is_shared_out_as_a_dense_covariance_says(name, steps):
     assert np.ravel(predictor.bridging(steps)) == pytest.approx(expected, rel=1e-4, abs=1e-6)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(("name", "axis"), [("paper", "pitch"), ("tuned", "roll"), ("ardupilot", "yaw")])
 def test_the_errors_foreseen_are_those_of_flights_drawn_at_random(name, axis):
     block, (y, u, error) = flight(name, axis)

@@ -134,8 +134,8 @@ def rebooted(tmp_path_factory):
         plane.write("DOB_GAIN", 0.5)
         plane.write("DOB_AXES", 3.0)
         for _ in range(28):
-            plane.sample += 5
-            plane.now += 5 * DT
+            plane.sample += 12
+            plane.now += 12 * DT
             plane.pairs(180)
         flown, answers = plane.sample, corrections(plane.said)
         silence(plane, 8.0)
