@@ -55,24 +55,27 @@ class Predictor:
         K, P = predictor(A, C, B_w, D_w)
         return cls(A, B, B_w, C, np.asarray(plant.D), D_w, K, P)
 
-    def bridging(self, steps: int) -> list[Array]:
-        """How much of the surprise at the sample after next `steps` samples belongs to each one before it.
+    def bridging(self, longest: int) -> list[Array]:
+        """How much of the surprise at the sample after a silence belongs to each one before it, for each length.
 
-        Without gyro samples the rates are foreseen as r_1, r_2, …; when the one at `steps` then comes and is off by e,
-        the best that can be said of sample i is r_i + W_i e with W_i = cov(y_i, y_steps) cov(y_steps)^-1 (conditional
-        expectation of a Gaussian; that of a fixed-interval smoother, Anderson and Moore, "Optimal Filtering", 1979,
-        chapter 7). Returns W_1 … W_steps, each (p, p), the last the identity.
+        Without gyro samples the rates are foreseen as r_1, r_2, …; when the one at M then comes and is off by e, the
+        best that can be said of sample i is r_i + W_i e with W_i = cov(y_i, y_M) cov(y_M)^-1 (conditional expectation
+        of a Gaussian; that of a fixed-interval smoother, Anderson and Moore, "Optimal Filtering", 1979, chapter 7).
+        Returns for M = 0 … `longest` the weights W_1 … W_M, shape (M, p, p); W_M is the identity.
         """
-        covariances, P = [], self.P
-        for _ in range(steps):
-            covariances.append(P)
-            P = self.A @ P @ self.A.T + self.B_w @ self.B_w.T
-        last = covariances[-1]
-        inverse = np.linalg.inv(self.C @ last @ self.C.T + self.D_w @ self.D_w.T)
-        weights = [np.eye(len(self.C))]
-        reach = self.C  # C A^(steps - i - 1)
-        for P in reversed(covariances[:-1]):
-            cross = reach @ (self.A @ P @ self.C.T + self.B_w @ self.D_w.T)  # cov(y_steps, y_i)
-            weights.append(cross.T @ inverse)
-            reach = reach @ self.A
-        return weights[::-1]
+        p, noise = len(self.C), self.D_w @ self.D_w.T
+        P, reach, found = self.P, self.C, [np.zeros((0, p, p))]
+        reaches: list[Array] = []  # C A^k
+        onward: list[Array] = []  # cov(x_(i+1), y_i)
+        for steps in range(1, longest + 1):
+            inverse = np.linalg.inv(self.C @ P @ self.C.T + noise)
+            weights = np.empty((steps, p, p))
+            if steps > 1:
+                cross = np.matmul(np.array(reaches[::-1]), np.array(onward))  # cov(y_steps, y_i), i = 1 … steps - 1
+                weights[:-1] = np.matmul(cross.transpose(0, 2, 1), inverse)
+            weights[-1] = np.eye(p)
+            found.append(weights)
+            onward.append(self.A @ P @ self.C.T + self.B_w @ self.D_w.T)
+            reaches.append(reach)
+            reach, P = reach @ self.A, self.A @ P @ self.A.T + self.B_w @ self.B_w.T
+        return found

@@ -17,7 +17,7 @@ from dob_companion.artifact import DobDesign
 from dob_companion.lti.gramian import gramian
 from dob_companion.lti.loop import weighted_loop
 from dob_companion.lti.predictor import Predictor, Weighted
-from dob_companion.lti.statespace import System
+from dob_companion.lti.statespace import System, powers
 
 Array = NDArray[np.float64]
 
@@ -94,6 +94,8 @@ class _Flight:
     def __init__(self, problem: _Problem, observer: System, delay: int, samples: int) -> None:
         self._observer = observer
         self._predictor = predictor = Predictor.of(problem)
+        self._bridges = predictor.bridging(samples)
+        self._afterwards = powers(observer.A.T, observer.C.T, AFTERWARDS).transpose(0, 2, 1)  # C A^k
         loop = weighted_loop(
             problem.plant,
             problem.controller,
@@ -156,11 +158,7 @@ class _Flight:
         x = np.zeros((len(self._observer.A), self._y[0].shape[1]))
         for rates, moments in errors:
             x = self._observer.A @ x + self._observer.B @ np.vstack([rates, moments])
-        largest = np.zeros(len(self._observer.C))
-        for _ in range(AFTERWARDS):
-            largest = np.maximum(largest, np.linalg.norm(self._observer.C @ x, axis=1))
-            x = self._observer.A @ x
-        return largest
+        return np.asarray(np.max(np.linalg.norm(self._afterwards @ x, axis=2), axis=0))
 
     def _bridged(self, end: int) -> list[Array]:
         """The rates of samples 0 … end as they are put in when those between do not come."""
@@ -171,7 +169,7 @@ class _Flight:
             foreseen.append(p.C @ x + p.D @ held)
             x = p.A @ x + p.B @ held
         surprise = self._y[end] - foreseen[-1]
-        return [self._y[0]] + [y + W @ surprise for y, W in zip(foreseen, p.bridging(end), strict=True)]
+        return [self._y[0]] + [y + W @ surprise for y, W in zip(foreseen, self._bridges[end], strict=True)]
 
 
 def _root(P: Array) -> Array:

@@ -38,8 +38,8 @@ class GyroModel:
             self._B[states, rows], self._K[states, rows] = predictor.B, predictor.K
             self._C[rows, states], self._D[np.ix_(rows, rows)] = predictor.C, predictor.D
             self._line[rows] = False
-            for steps in range(1, longest + 2):
-                self._bridges[steps][np.ix_(range(steps), rows, rows)] = predictor.bridging(steps)
+            for whole, own in zip(self._bridges, predictor.bridging(longest + 1), strict=True):
+                whole[np.ix_(range(len(own)), rows, rows)] = own
         self._x: Vector = np.zeros(order)
         self._late = powers(self._A - self._K @ self._C, np.hstack([self._K, self._B - self._K @ self._D]), revisable)
 
