@@ -123,6 +123,10 @@ def silence(plane, seconds):
         plane.listen()
 
 
+HOLE = 12
+"""Samples that are missing in a row, more than the design bears."""
+
+
 @pytest.fixture(scope="module")
 def rebooted(tmp_path_factory):
     """Injecting, 28 gaps, 8 s without a word while the autopilot reboots, the same stamps again, and 6 s of silence."""
@@ -134,8 +138,8 @@ def rebooted(tmp_path_factory):
         plane.write("DOB_GAIN", 0.5)
         plane.write("DOB_AXES", 3.0)
         for _ in range(28):
-            plane.sample += 12
-            plane.now += 12 * DT
+            plane.sample += HOLE
+            plane.now += HOLE * DT
             plane.pairs(180)
         flown, answers = plane.sample, corrections(plane.said)
         silence(plane, 8.0)
@@ -160,7 +164,7 @@ def test_a_pause_counts_for_no_state_and_what_follows_the_last_sample_is_there(r
     _, flown, flight = rebooted
     times, lost = time_in_states(flight), without_samples(flight)
     assert sum(times.values()) + lost == pytest.approx(flight.seconds)
-    assert lost == pytest.approx(8.0 + 6.0 + 28 * 6 * DT, abs=0.1)
+    assert lost == pytest.approx(8.0 + 6.0 + 28 * (HOLE + 1) * DT, abs=0.1)
     assert flight.seconds == pytest.approx((flown + 1000) * DT + 14.0, abs=0.1)
     tail = [change for change in flight.changes if change.time > flight.time[-1]]
     assert [change.state for change in tail] == [State.RAMP_OUT, State.WAITING]
