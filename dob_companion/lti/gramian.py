@@ -33,11 +33,6 @@ def gramian(A: Array, B: Array) -> Array:
     raise NotConvergedError(f"the covariance of a system of order {len(A)} does not come to rest: is it stable?")
 
 
-def predictor_gain(A: Array, C: Array, B: Array, D: Array) -> Array:
-    """Gain K of the steady-state one-step predictor, see `predictor`."""
-    return predictor(A, C, B, D)[0]
-
-
 def predictor(A: Array, C: Array, B: Array, D: Array) -> tuple[Array, Array]:
     """Gain K and error covariance P of the steady-state one-step predictor of x+ = A x + B w, y = C x + D w.
 

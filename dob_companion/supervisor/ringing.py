@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from dob_companion.artifact import AXES, DobBlock, DobDesign
 from dob_companion.lti.filters import butterworth
-from dob_companion.lti.gramian import predictor_gain
+from dob_companion.lti.predictor import Predictor
 from dob_companion.lti.statespace import ABCD, added, beside, diagonal, series
 from dob_companion.supervisor.half_waves import HalfWaves
 
@@ -101,16 +101,7 @@ def _watched(design: DobDesign) -> ABCD:
 
 
 def _predictor(block: DobBlock) -> ABCD:
-    """[u_e; y_n] -> innovation of one block: A, B, C, D of plant, coloured disturbance and noise."""
-    plant, w_d, w_n = block.problem.plant, block.problem.disturbance_weight, block.problem.noise_weight
-    n, d, v = plant.order, w_d.order, w_n.order
-    k = w_d.D.shape[1]
-    A = np.zeros((n + d + v, n + d + v))
-    A[:n, :n], A[:n, n : n + d] = plant.A, plant.B @ w_d.C
-    A[n : n + d, n : n + d], A[n + d :, n + d :] = w_d.A, w_n.A
-    B_w = np.zeros((n + d + v, k + w_n.D.shape[1]))
-    B_w[:n, :k], B_w[n : n + d, :k], B_w[n + d :, k:] = plant.B @ w_d.D, w_d.B, w_n.B
-    C, D = np.hstack([plant.C, plant.D @ w_d.C, w_n.C]), plant.D
-    B = np.vstack([plant.B, np.zeros((d + v, plant.B.shape[1]))])
-    K = predictor_gain(A, C, B_w, np.hstack([plant.D @ w_d.D, w_n.D]))
-    return ABCD(A - K @ C, np.hstack([B - K @ D, K]), -C, np.hstack([-D, np.eye(len(block.axes))]))
+    """[u_e; y_n] -> innovation of one block."""
+    p = Predictor.of(block.problem)
+    A, B = p.A - p.K @ p.C, np.hstack([p.B - p.K @ p.D, p.K])
+    return ABCD(A, B, -p.C, np.hstack([-p.D, np.eye(len(block.axes))]))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dob_companion.errors import NotConvergedError
-from dob_companion.lti.gramian import gramian, predictor_gain
+from dob_companion.lti.gramian import gramian, predictor
 
 
 @pytest.mark.parametrize("pole", [1.0, 1.001, -1.5, 1e200])
@@ -24,7 +24,7 @@ def test_a_gramian_is_that_of_the_sum_however_slow_the_mode(pole):
 def test_a_mode_that_grows_unseen_has_no_predictor():
     A, unseen = np.diag([0.5, 1.5]), np.array([[1.0, 0.0]])
     with pytest.raises(NotConvergedError, match="predictor of a system of order 2 does not come to rest"):
-        predictor_gain(A, unseen, np.eye(2, 3), np.array([[0.0, 0.0, 1.0]]))
+        predictor(A, unseen, np.eye(2, 3), np.array([[0.0, 0.0, 1.0]]))
 
 
 def test_a_predictor_is_kalmans():
@@ -32,5 +32,5 @@ def test_a_predictor_is_kalmans():
     a, q, r = 1.1, 0.3, 0.7
     half = (r * (a * a - 1) + q) / 2.0
     P = half + np.sqrt(half**2 + q * r)
-    K = predictor_gain(np.array([[a]]), np.eye(1), np.array([[np.sqrt(q), 0.0]]), np.array([[0.0, np.sqrt(r)]]))
+    K, _ = predictor(np.array([[a]]), np.eye(1), np.array([[np.sqrt(q), 0.0]]), np.array([[0.0, np.sqrt(r)]]))
     assert K[0, 0] == pytest.approx(a * P / (P + r), rel=1e-6)
