@@ -131,7 +131,6 @@ class Samples:
         self._grid = 0.0
         self._grid_rates: Axes3 = (0.0, 0.0, 0.0)
         self._moments: list[tuple[int, Axes3]] = []
-        self._newest_moment: int | None = None
         self._finished: deque[_Interval] = deque(maxlen=revisable(missing))
         self._owed = 0  # missing samples that have not been made up for, each by one that follows its predecessor
         self._spoilt = False
@@ -152,12 +151,11 @@ class Samples:
             return None
         finished = self._newest is not None and stamp_us < self._grid - self._tolerance_us
         known = any(stamp == stamp_us for stamp, _ in self._moments)
-        if known or (finished and stamp_us < (self._newest_moment or 0)):
+        if known or (finished and self._moments and stamp_us < self._moments[-1][0]):
             self.counters.late += 1
             return None
         before = max((stamp for stamp, _ in self._moments if stamp < stamp_us), default=0)
         awaited = bool(self._finished) and before < self._finished[-1][0] - self._tolerance_us
-        self._newest_moment = max(stamp_us, self._newest_moment or 0)
         self._forget()
         insort(self._moments, (stamp_us, moment), key=itemgetter(0))
         del self._moments[:-MOST_MOMENTS]
@@ -209,7 +207,6 @@ class Samples:
         """An input cannot be used: the next gyro sample comes after a gap."""
         self._spoilt = True
         self._moments.clear()
-        self._newest_moment = None
 
     def spoil_gyro(self, stamp_us: int) -> None:
         """The gyro sample of a new stamp cannot be used; it counts as the newest all the same."""

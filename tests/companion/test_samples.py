@@ -168,6 +168,18 @@ def test_a_clock_that_jumps_back_starts_anew():
     assert samples.gyro(1_000 + 2 * DT_US, np.zeros(3)).arrival is Arrival.NEXT
 
 
+def test_moments_between_the_gyro_s_stamps_are_taken_again_after_the_clock_has_jumped_back():
+    samples, _ = fed(10_000_000 + DT_US * np.arange(10), moment_offset=500)
+    stamps = 1_000 + DT_US * np.arange(10)
+    finished = []
+    for k, stamp in enumerate(stamps):
+        finished += samples.gyro(int(stamp), np.zeros(3)).finished
+        if k:
+            samples.moment(int(stamp) - 500, np.full(3, 7.0))
+    assert samples.counters.late == 0
+    assert finished[-1][1] == (7.0, 7.0, 7.0)
+
+
 # Bounds and clocks ------------------------------------------------------------------------------------------------
 
 
