@@ -89,10 +89,10 @@ class DobLoop:
         self.answer: Answer | None = None
         self.closing = False
         self._parameters = parameters
-        self.missing = missing_samples(design)
-        self._model = GyroModel(design, longest=AHEAD, revisable=revisable(self.missing))
-        self._observer = ObserverBank(design, revisable=revisable(self.missing))
-        self.samples = Samples(design.dt, self.missing, self._model)
+        missing = missing_samples(design)
+        self._model = GyroModel(design, longest=AHEAD, revisable=revisable(missing))
+        self._observer = ObserverBank(design, revisable=revisable(missing))
+        self.samples = Samples(design.dt, missing, self._model)
         self._settling = math.ceil(max(SETTLING_TIMES * slowest, LEAST_SETTLING_S) / design.dt)
         self._settled = 0
         self._fault = ""
@@ -237,10 +237,9 @@ class DobLoop:
         if finished is None or answer is None:
             return
         self._finished = None
-        for rates, moment in finished:
-            self._model.advance(rates, moment)
         self.watch.echo.sent(answer.stamp_us, answer.correction)
-        self.watch.finished(finished)
+        for inputs in finished:
+            self.watch.finished(inputs, self._model.advance(*inputs))
         self.gate.rate.add(answer.stamp_us)
         self._samples += 1
         if self._samples % JUDGE_EVERY == 0:

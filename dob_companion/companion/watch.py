@@ -3,6 +3,7 @@
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.samples import Inputs
 from dob_companion.mavlink import AppliedMoment, FlightState, Landed
+from dob_companion.mavlink.facts import Axes3
 from dob_companion.supervisor import (
     Air,
     AxisCheck,
@@ -36,17 +37,17 @@ class Watch:
         self.bounds = EstimateBounds(design.dt)
         self.echo = Echo(design.dt)
         self.model_why = self.growing = ""
-        self._innovation = Innovation(design)
+        self._innovation = Innovation(design.dt)
         self._saturation = Saturation(design.dt)
-        self._due: list[Inputs] = []
+        self._due: list[tuple[Inputs, Axes3]] = []
 
     def flight_state(self, state: FlightState, now: float) -> None:
         """In the air, on the ground, in forward flight; told at wall time `now`, s."""
         self.regime.state(_AIR[state.landed], state.forward, now)
 
-    def finished(self, inputs: tuple[Inputs, ...]) -> None:
-        """Finished grid intervals, to be looked at when there is time."""
-        self._due.extend(inputs)
+    def finished(self, inputs: Inputs, innovation: Axes3) -> None:
+        """A finished grid interval and what was not foreseen of it, to be looked at when there is time."""
+        self._due.append((inputs, innovation))
 
     def applied(self, moment: AppliedMoment) -> str:
         """A moment that was taken in. Returns a fault in words, or ""; `growing` then is up to date."""
@@ -54,8 +55,8 @@ class Watch:
         self._saturation.add(moment.moment)
         injected = any(moment.correction)
         self.growing = ""
-        for inputs in self._due:
-            self.growing = self._innovation.add(*inputs, moment.correction) or self.growing
+        for inputs, innovation in self._due:
+            self.growing = self._innovation.add(innovation, inputs[1], moment.correction) or self.growing
             if not injected:  # the check is about the controller's own moment
                 self.axes.add(*inputs)
             else:

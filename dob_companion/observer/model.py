@@ -43,9 +43,14 @@ class GyroModel:
         self._x: Vector = np.zeros(order)
         self._late = powers(self._A - self._K @ self._C, np.hstack([self._K, self._B - self._K @ self._D]), revisable)
 
-    def advance(self, y_n: Axes3, u_e: Axes3) -> None:
-        """Finish a sample, as the observer does."""
-        self._x = self._next(self._x, np.array(y_n), np.array(u_e))
+    def advance(self, y_n: Axes3, u_e: Axes3) -> Axes3:
+        """Finish a sample, as the observer does. Returns the innovation, what was not foreseen of `y_n`, in rad/s; 0 on
+        an axis that no block covers."""
+        moment = np.array(u_e)
+        innovation = np.where(self._line, 0.0, np.array(y_n) - self._C @ self._x - self._D @ moment)
+        self._x = self._A @ self._x + self._B @ moment + self._K @ innovation
+        roll, pitch, yaw = innovation.tolist()
+        return roll, pitch, yaw
 
     def revise(self, ago: int, y_n: Axes3, u_e: Axes3) -> None:
         """As `ObserverBank.revise`."""

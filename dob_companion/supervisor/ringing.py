@@ -1,8 +1,8 @@
 """Is the plant still the one designed for? A loop around another plant rings, and so does the innovation.
 
-A steady-state Kalman predictor per block (plant, weighted disturbance and weighted noise of the design's problem)
-foresees each gyro sample from the applied moment. With the right plant the innovation is nearly white, at whatever
-strength of wind; what a loop does that nears instability because the plant is another one was not foreseen.
+The design's own model (`observer.GyroModel`, a steady-state Kalman predictor) foresees each gyro sample from the
+applied moment. With the right plant the innovation is nearly white, at whatever strength of wind; what a loop does that
+nears instability because the plant is another one was not foreseen.
 
 It is looked at twice. Half-waves (`half_waves`) find an oscillation while it grows, within two periods. The
 autocorrelation of the last second finds one that has come to stay, however it came.
@@ -12,10 +12,9 @@ autocorrelation of the last second finds one that has come to stay, however it c
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.artifact import AXES, DobBlock, DobDesign
+from dob_companion.artifact import AXES
 from dob_companion.lti.filters import butterworth
-from dob_companion.lti.predictor import Predictor
-from dob_companion.lti.statespace import ABCD, added, beside, diagonal, series
+from dob_companion.lti.statespace import beside, series
 from dob_companion.supervisor.half_waves import HalfWaves
 
 Vector = NDArray[np.float64]
@@ -35,13 +34,13 @@ BAND_HZ = (4.0, 40.0)
 class Innovation:
     """What the model did not foresee of each gyro sample, and whether it rings. Axes are roll, pitch, yaw."""
 
-    def __init__(self, design: DobDesign) -> None:
-        model = _watched(design)
-        self._A, self._B, self._C, self._D = model
-        self._recent = np.zeros((round(WINDOW_S / design.dt), 3))
-        shortest, longest = (round(1.0 / (hz * design.dt)) for hz in reversed(RINGING_HZ))
+    def __init__(self, dt: float) -> None:
+        band = series(*(butterworth(dt, hz, high_pass=hz == BAND_HZ[0]) for hz in reversed(BAND_HZ)))
+        self._A, self._B, self._C, self._D = beside(band, band, band)
+        self._recent = np.zeros((round(WINDOW_S / dt), 3))
+        shortest, longest = (round(1.0 / (hz * dt)) for hz in reversed(RINGING_HZ))
         self._periods = np.arange(shortest, longest + 1)
-        self._half_waves = tuple(HalfWaves(design.dt) for _ in AXES)
+        self._half_waves = tuple(HalfWaves(dt) for _ in AXES)
         self._x = np.zeros(len(self._A))
         self._at = 0
 
@@ -52,17 +51,16 @@ class Innovation:
         for axis in self._half_waves:
             axis.clear()
 
-    def add(self, y_n: Axes3, u_e: Axes3, correction: Axes3) -> str:
-        """One sample: rates (rad/s), applied moment and our part in it (normalized torque).
+    def add(self, innovation: Axes3, u_e: Axes3, correction: Axes3) -> str:
+        """One sample: innovation (rad/s), applied moment and our part in it (normalized torque).
 
         Returns the axis on which an oscillation grows that we drive, in words; "" when none does.
         """
-        inputs = np.array((*u_e, *y_n))
-        seen = self._C @ self._x + self._D @ inputs
-        self._x = self._A @ self._x + self._B @ inputs
-        self._recent[self._at] = seen[:3]
+        e = np.array(innovation)
+        band = (self._C @ self._x + self._D @ e).tolist()
+        self._x = self._A @ self._x + self._B @ e
+        self._recent[self._at] = e
         self._at = (self._at + 1) % len(self._recent)
-        band = seen[3:].tolist()
         grows = [*map(HalfWaves.add, self._half_waves, band, u_e, correction)]
         return _rings(grows.index(True)) if True in grows else ""
 
@@ -83,25 +81,3 @@ class Innovation:
 
 def _rings(axis: int) -> str:
     return f"{AXES[axis]} rings: not the plant designed for"
-
-
-def _watched(design: DobDesign) -> ABCD:
-    """[u_e; y_n] -> innovation of the three axes, and the same within the band; zero on axes that no block covers."""
-    total = ABCD(np.zeros((0, 0)), np.zeros((0, 6)), np.zeros((3, 0)), np.zeros((3, 6)))
-    for block in design.blocks:
-        rows = [AXES.index(axis) for axis in block.axes]
-        select = np.eye(3)[rows]
-        both = diagonal(select, select)
-        A, B, C, D = _predictor(block)
-        total = added(total, ABCD(A, B @ both, select.T @ C, select.T @ D @ both))
-    band = series(*(butterworth(design.dt, hz, high_pass=hz == BAND_HZ[0]) for hz in reversed(BAND_HZ)))
-    filtered = series(beside(band, band, band), total)
-    passed = np.hstack([np.zeros((3, len(filtered.A) - len(total.A))), total.C])
-    return ABCD(filtered.A, filtered.B, np.vstack([passed, filtered.C]), np.vstack([total.D, filtered.D]))
-
-
-def _predictor(block: DobBlock) -> ABCD:
-    """[u_e; y_n] -> innovation of one block."""
-    p = Predictor.of(block.problem)
-    A, B = p.A - p.K @ p.C, np.hstack([p.B - p.K @ p.D, p.K])
-    return ABCD(A, B, -p.C, np.hstack([-p.D, np.eye(len(block.axes))]))
