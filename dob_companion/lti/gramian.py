@@ -48,7 +48,7 @@ def predictor(A: Array, C: Array, B: Array, D: Array) -> tuple[Array, Array]:
             following = A @ P @ A.T + B @ B.T - K @ S @ K.T
             if not np.all(np.isfinite(following)):
                 break
-            if np.allclose(following, P, rtol=RICCATI_RELATIVE, atol=RICCATI_ABSOLUTE):
+            if np.all(np.abs(following - P) <= RICCATI_ABSOLUTE + RICCATI_RELATIVE * np.abs(P)):
                 return np.asarray(K, dtype=np.float64), P
             P = 0.5 * (following + following.T)
     raise NotConvergedError(f"the Kalman predictor of a system of order {len(A)} does not come to rest")

@@ -8,16 +8,17 @@ any sample after.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.artifact import DobDesign
+from dob_companion.artifact import DobDesign, Problem
 from dob_companion.lti.gramian import gramian
 from dob_companion.lti.loop import weighted_loop
 from dob_companion.lti.predictor import Predictor, Weighted
-from dob_companion.lti.statespace import System, powers
+from dob_companion.lti.statespace import StateSpaceData, System, powers
 
 Array = NDArray[np.float64]
 
@@ -61,10 +62,14 @@ def longest(dt: float) -> int:
 
 def missing_samples(design: DobDesign) -> Missing:
     """The bounds of a design: those of its weakest block."""
-    each = [
-        missing_in(block.problem, block.observer, block.delay_samples, longest(design.dt)) for block in design.blocks
-    ]
+    each = [_missing_in(block.problem, block.observer, block.delay_samples, design.dt) for block in design.blocks]
     return Missing(min(bound.samples for bound in each), min(bound.moments for bound in each))
+
+
+@lru_cache(maxsize=16)
+def _missing_in(problem: Problem, observer: StateSpaceData, delay: int, dt: float) -> Missing:
+    """`missing_in` of frozen matrices, found once for a design however often a flight begins with it."""
+    return missing_in(problem, observer, delay, longest(dt))
 
 
 def missing_in(problem: _Problem, observer: System, delay: int, most: int) -> Missing:

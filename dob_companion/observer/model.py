@@ -1,6 +1,7 @@
 """The design's own model of what the gyro shows, kept in step with it, so that missing samples can be put in."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,10 @@ Vector = NDArray[np.float64]
 Axes3 = tuple[float, float, float]
 
 
+_predictor = lru_cache(maxsize=16)(Predictor.of)
+"""Of frozen matrices: found once for a design, however often a flight begins with it."""
+
+
 class GyroModel:
     """One-step predictors of all blocks, stacked: x_hat of plant, coloured disturbance and coloured noise.
 
@@ -23,7 +28,7 @@ class GyroModel:
 
     def __init__(self, design: DobDesign, *, longest: int, revisable: int = 0) -> None:
         """`longest`: samples in a row that may be put in; `revisable`: so many steps may be revised."""
-        predictors = [(Predictor.of(block.problem), block) for block in design.blocks]
+        predictors = [(_predictor(block.problem), block) for block in design.blocks]
         order = sum(len(predictor.A) for predictor, _ in predictors)
         self._A, self._B, self._K = np.zeros((order, order)), np.zeros((order, 3)), np.zeros((order, 3))
         self._C, self._D = np.zeros((3, order)), np.zeros((3, 3))
