@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from dob_companion.artifact import AXES
 from dob_companion.autopilots.autopilot import Autopilot, RateLoop
 from dob_companion.autopilots.parameters import Parameters
-from dob_companion.autopilots.transfer import Transfer, constant, delay
+from dob_companion.autopilots.transfer import Transfer, constant
 from dob_companion.errors import InputError
 
 WIDTH = 120
@@ -96,7 +96,7 @@ def _plant(axis: str, loop: RateLoop, aircraft: Aircraft) -> Iterator[str]:
     gain = _of(aircraft.gains, axis)
     pole, motor_s, delay_s = (_of(each, axis) or 0.0 for each in (aircraft.poles, aircraft.motors_s, aircraft.delays_s))
     own = Transfer((1.0,), (1.0, pole)) * Transfer((1.0,), (motor_s, 1.0) if motor_s else (1.0,))
-    shape = own * loop.filters * delay(delay_s + loop.late_s)
+    shape, late_s = own * loop.filters, delay_s + loop.late_s
     given = [f"gain {gain:g} rad/s² per unit torque (given)" if gain is not None else f"gain {REQUIRED}"]
     given += [f"pole {pole:g} rad/s (given)"] if pole else ["no pole given: an integrator"]
     given += [f"motors {1e3 * motor_s:g} ms (given)"] if motor_s else []
@@ -106,13 +106,14 @@ def _plant(axis: str, loop: RateLoop, aircraft: Aircraft) -> Iterator[str]:
     if gain is None:
         yield from _comment(f"give --gain {axis}=…, or put here the gain times {_list(shape.num)}")
         yield f'num = ["{REQUIRED}: angular acceleration per unit of normalized torque, rad/s²"]'
-        yield from _model(shape, "zoh")[1:]
+        yield from _model(shape, "zoh", late_s)[1:]
     else:
-        yield from _model(constant(gain) * shape, "zoh")
+        yield from _model(constant(gain) * shape, "zoh", late_s)
 
 
-def _model(model: Transfer, method: str) -> list[str]:
-    return [f"num = {_list(model.num)}", f"den = {_list(model.den)}", 'domain = "s"', f'method = "{method}"']
+def _model(model: Transfer, method: str, delay_s: float = 0.0) -> list[str]:
+    lines = [f"num = {_list(model.num)}", f"den = {_list(model.den)}", 'domain = "s"', f'method = "{method}"']
+    return [*lines, f"delay_s = {_number(delay_s)}"] if delay_s else lines
 
 
 def _of(values: Mapping[str, float], axis: str) -> float | None:

@@ -75,12 +75,6 @@ def notch(hz: float, quality: float, left: float = 0.0) -> Transfer:
     return Transfer((1.0 / w**2, left / (quality * w), 1.0), (1.0 / w**2, 1.0 / (quality * w), 1.0))
 
 
-def delay(seconds: float) -> Transfer:
-    """Padé's approximation of first order; at 20 Hz 1 ms is 0.01° wrong, 10 ms 8°."""
-    half = 0.5 * seconds
-    return Transfer((-half, 1.0), (half, 1.0)) if half else NOTHING
-
-
 def pid(p: float, i: float, d: float, derivative: Transfer) -> Transfer:
     """P + I/s + D times a filtered derivative; parts whose gain is 0 add no pole."""
     whole = constant(p)

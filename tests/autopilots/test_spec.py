@@ -134,7 +134,8 @@ def test_the_streamed_rate_of_ardupilot_is_late_by_its_gyro_filter_that_of_px4_b
         plant = blocks(made(parameters(file), aircraft))["roll"]["plant"]
         num, den = (np.array(plant[key][::-1]) for key in ("num", "den"))
         assert num[0] / den[0] == pytest.approx(100.0 / 2.0)
-        assert den[1] / den[0] - num[1] / num[0] == pytest.approx(late + 0.003 + 0.02 + 1.0 / 2.0)
+        filtered = den[1] / den[0] - 0.02 - 1.0 / 2.0
+        assert filtered + plant["delay_s"] == pytest.approx(late + 0.003)
 
 
 def test_each_parameter_stands_beside_what_it_made():

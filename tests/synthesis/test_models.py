@@ -3,8 +3,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import signal
 
 from dob_companion.artifact import StateSpaceData
+from dob_companion.errors import SpecError
 from dob_companion.lti.response import response
 from dob_companion.synthesis import synthesize
 from dob_companion.synthesis.plant.models import polynomial, to_state_space, zpk
@@ -84,6 +86,30 @@ def test_every_named_method_discretizes_at_the_given_rate(method):
     assert system.dt == pytest.approx(0.1)
     expected = (1 - 0.05) / (1 + 0.05) if method == "tustin" else np.exp(-0.1)
     assert np.linalg.eigvals(system.A) == pytest.approx([expected])
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.3, 1.0, 1.7, 3.0])
+def test_a_delay_of_any_share_of_a_sample_is_exact(delay):
+    """Steps of the input, each answered by the model's own response to a step that begins so much later."""
+    dt, rng = 0.02, np.random.default_rng(1)
+    num, den = (3.0, 20.0, 800.0), (1.0, 12.0, 400.0)
+    system = to_state_space(Model(Polynomial(num, den), "plant", "s", "zoh", delay * dt), dt)
+    u = rng.standard_normal(40)
+    _, found = ct.forced_response(system, inputs=u)
+    share, poles, _ = signal.residue(num, [*den, 0.0])  # of the step response
+    expected = np.zeros(40)
+    for k, step in enumerate(np.diff(u, prepend=0.0)):
+        since = (np.arange(40) - k - delay) * dt
+        acting = since > -1e-12
+        expected[acting] += step * np.real(np.exp(np.outer(since[acting], poles)) @ share)
+    assert np.ravel(found) == pytest.approx(expected, abs=1e-9)
+    assert system.nstates == 2 + int(np.ceil(delay))
+
+
+def test_a_delay_is_of_a_held_continuous_model_and_not_endless():
+    model = Model(Polynomial((1.0,), (1.0, 0.0)), "plant", "s", "zoh", 0.7)
+    with pytest.raises(SpecError, match=r"plant: delay_s: 0.7 s are 35 samples, expected at most 30"):
+        to_state_space(model, 0.02)
 
 
 def test_matrices_come_through_bit_for_bit():

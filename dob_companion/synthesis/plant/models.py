@@ -14,8 +14,10 @@ from scipy import linalg
 
 from dob_companion.artifact import StateSpaceData
 from dob_companion.errors import SpecError
+from dob_companion.synthesis.plant.held_back import held_back
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.solvability import require_sampled_fast_enough
+from dob_companion.synthesis.spec.limits import LONGEST_DELAY
 from dob_companion.synthesis.spec.parse import Entries, Matrices, Model, Polynomial, Weight, Zpk
 
 Array = NDArray[np.float64]
@@ -40,7 +42,12 @@ def to_state_space(model: Model, dt: float, shape: tuple[int, int] | None = None
         raise SpecError(
             f"{model.where}: method: impulse takes models with more poles than zeros only, expected another"
         )
-    return discretize(system, dt, model.method)
+    if model.delay_s > LONGEST_DELAY * dt:
+        raise SpecError(
+            f"{model.where}: delay_s: {model.delay_s:g} s are {model.delay_s / dt:.0f} samples, expected at most "
+            f"{LONGEST_DELAY}"
+        )
+    return discretize(system, dt, model.method, model.delay_s)
 
 
 def weight_to_state_space(weight: Weight, dt: float, channels: int) -> Any:
@@ -76,18 +83,23 @@ def stack(systems: Any) -> Any:
     return systems[0] if len(systems) == 1 else ct.append(*systems)
 
 
-def discretize(system: Any, dt: float, method: str) -> Any:
+def discretize(system: Any, dt: float, method: str, delay_s: float = 0.0) -> Any:
     """Continuous to discrete at dt (s) by a named method (spec.METHODS), in the same coordinates.
+
+    With "zoh" every input may act `delay_s` late; the delay's states come after those of the system.
 
     On the way the states are scaled by powers of two, which rounds nothing: without it the matrix exponential of a
     companion form of order 8 keeps four digits.
     """
-    if system.nstates == 0:
+    if system.nstates == 0 and not delay_s:
         return ct.ss([], [], [], system.D, dt)
     system = ct.ss(system)
-    _, (unit, _) = linalg.matrix_balance(system.A, permute=False, separate=True)
+    unit = np.ones(0)
+    if system.nstates:
+        _, (unit, _) = linalg.matrix_balance(system.A, permute=False, separate=True)
     even = ct.ss(system.A * unit / unit[:, None], system.B / unit[:, None], system.C * unit, system.D, system.dt)
-    d = ct.sample_system(even, dt, method=method)
+    d = held_back(even, dt, delay_s) if delay_s else ct.sample_system(even, dt, method=method)
+    unit = np.concatenate([unit, np.ones(d.nstates - len(unit))])
     return ct.ss(d.A * unit[:, None] / unit, d.B * unit[:, None], d.C / unit, d.D, dt)
 
 

@@ -24,7 +24,8 @@ RATES_HZ = 1e-3, 1e6
 
 FORMS = {"zpk": ("zeros", "poles", "gain"), "polynomial": ("num", "den"), "matrices": ("A", "B", "C", "D")}
 _FORM_KEYS = tuple(key for keys in FORMS.values() for key in keys)
-_MODEL_KEYS = (*_FORM_KEYS, "domain", "method")
+_TIME_KEYS = ("domain", "method", "delay_s")
+_MODEL_KEYS = (*_FORM_KEYS, *_TIME_KEYS)
 
 Rows = tuple[tuple[float, ...], ...]
 
@@ -66,12 +67,16 @@ class Entries:
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """One linear model as written, and where it was written (for messages)."""
+    """One linear model as written, and where it was written (for messages).
+
+    `delay_s` stands before a continuous model behind a zero-order hold, any fraction of a sample.
+    """
 
     form: Zpk | Polynomial | Matrices | Entries
     where: str
     domain: str = "z"
     method: str = "zoh"
+    delay_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +218,7 @@ def _weight(table: Table, axes: tuple[str, ...]) -> Weight:
 
 def _model(table: Table, axes: tuple[str, ...]) -> Model:
     if "entry" in table:
-        table.expect(("entry", "domain", "method"))
+        table.expect(("entry", *_TIME_KEYS))
         items = tuple(_entry(table, item, axes) for item in table.tables("entry"))
         seen = [(to, source) for to, source, _ in items]
         if len(set(seen)) != len(seen):
@@ -224,7 +229,7 @@ def _model(table: Table, axes: tuple[str, ...]) -> Model:
 
 
 def _entry(parent: Table, item: object, axes: tuple[str, ...]) -> tuple[int, int, Model]:
-    domain, method = _time_domain(parent)
+    time_domain = _time_domain(parent)
     table = Table(f"{parent.where}: entry", item, ("from", "to", *FORMS["zpk"], *FORMS["polynomial"]))
     ends = [table.text(key) for key in ("to", "from")]
     for key, axis in zip(("to", "from"), ends, strict=True):
@@ -232,14 +237,20 @@ def _entry(parent: Table, item: object, axes: tuple[str, ...]) -> tuple[int, int
             raise SpecError(f"{table.where}: {key}: {axis!r} is not one of this block's axes {list(axes)}")
     where = f"{parent.where}: entry {ends[1]} -> {ends[0]}"
     form = _form(Table(where, item, table.known))
-    return axes.index(ends[0]), axes.index(ends[1]), Model(form, where, domain, method)
+    return axes.index(ends[0]), axes.index(ends[1]), Model(form, where, *time_domain)
 
 
-def _time_domain(table: Table) -> tuple[str, str]:
+def _time_domain(table: Table) -> tuple[str, str, float]:
     domain = table.choice("domain", ("z", "s"), "z")
-    if domain == "z" and "method" in table:
-        raise SpecError(f'{table.where}: method: only a model with domain = "s" is discretized')
-    return domain, table.choice("method", METHODS, "zoh")
+    for key in ("method", "delay_s"):
+        if domain == "z" and key in table:
+            raise SpecError(f'{table.where}: {key}: only a model with domain = "s" is discretized')
+    method = table.choice("method", METHODS, "zoh")
+    if "delay_s" not in table:
+        return domain, method, 0.0
+    if method != "zoh":
+        raise SpecError(f'{table.where}: delay_s: expected method = "zoh", the one that takes a delay, got {method!r}')
+    return domain, method, table.number("delay_s", lambda x: 0.0 <= x <= 1e3, "a number of seconds, 0 or more")
 
 
 def _form(table: Table) -> Zpk | Polynomial | Matrices:
