@@ -7,6 +7,7 @@
     │   ├── SpecError                        a design spec
     │   ├── DesignFileError                  a design.json
     │   ├── ConfigError                      a daemon configuration
+    │   ├── LogError                         a log or table of flight data
     │   ├── LinkUrlError                     a --link URL
     │   └── LinkBusyError (OSError)          a port or device that cannot be opened
     └── RefusedError                         it began; the answer is no    exit 1
@@ -46,6 +47,10 @@ class DesignFileError(InputError):
 
 class ConfigError(InputError):
     """A daemon configuration is malformed or holds an unknown key."""
+
+
+class LogError(InputError):
+    """A log or table of flight data is of no known kind, damaged beyond use, or lacks what is needed of it."""
 
 
 class LinkUrlError(InputError):

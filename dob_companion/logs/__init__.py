@@ -1,1 +1,49 @@
 """What other programs wrote down of a flight, each kind of file read into one `identification.record.Record`."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from dob_companion.errors import InputError, LogError
+from dob_companion.files.kinds import kind_of
+from dob_companion.identification.record import Record
+from dob_companion.logs.dobtrace import read_dobtrace
+from dob_companion.logs.table import looks_like_csv, read_csv, read_npz
+from dob_companion.logs.tlog import looks_like_tlog, read_tlog
+
+__all__ = ["read_log"]
+
+_BEGIN = 1 << 16
+
+_KINDS: tuple[tuple[Callable[[bytes], bool], Callable[[Path], tuple[Record, ...]]], ...] = (
+    (lambda begin: begin.startswith(b"\x1f\x8b"), read_dobtrace),
+    (lambda begin: begin.startswith(b"PK\x03\x04"), read_npz),
+    (looks_like_tlog, read_tlog),
+    (looks_like_csv, read_csv),
+)
+_EXPECTED = "a PX4 .ulg, an ArduPilot .bin or .log, a .tlog, a .dobtrace, or a table as .csv or .npz"
+
+
+def read_log(path: Path) -> tuple[Record, ...]:
+    """The records in a log, whatever kind it is: that is told by its content, not by its name.
+
+    There is one record for each stretch in which one clock holds. A directory is one of recorded flights: its newest is
+    read. Raises InputError (LogError where the content is at fault), one line that names the file and what is wrong.
+    """
+    if path.is_dir():
+        return read_dobtrace(path)
+    kind = kind_of(path)
+    with path.open("rb") as file:
+        begin = file.read(_BEGIN)
+    for looks_like, read in _KINDS:
+        if looks_like(begin):
+            return _one_line(read, path)
+    raise LogError(f"{path}: {kind or 'of no known kind'}, expected {_EXPECTED}")
+
+
+def _one_line(read: Callable[[Path], tuple[Record, ...]], path: Path) -> tuple[Record, ...]:
+    """Errors name the file; damage that no reader foresaw is an error of the file as well."""
+    try:
+        return read(path)
+    except InputError as problem:
+        words = " ".join(str(problem).split())
+        raise type(problem)(words if words.startswith(str(path)) else f"{path}: {words}") from None

@@ -1,0 +1,142 @@
+"""What was heard on a link, frame by frame, read as the companion reads it: telemetry logs and our own recordings."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from dob_companion.errors import LogError
+from dob_companion.identification.record import Record
+from dob_companion.logs.found import Found, Setting, records
+from dob_companion.logs.series import Series
+from dob_companion.mavlink import AppliedMoment, FlightState, GyroSample, Heartbeat, Input, Landed, profiles
+from dob_companion.mavlink.makes import ARDUPILOT, PX4
+from dob_companion.mavlink.overheard import (
+    Attitude,
+    AttitudeAsked,
+    Identity,
+    Overheard,
+    Overhearing,
+    Parameter,
+    identity_in,
+)
+
+_FILTERED = {ARDUPILOT: True, PX4: False}
+"""Whether HIGHRES_IMU has passed the gyro filter that the rate controller sees (INS_GYRO_FILTER, IMU_GYRO_CUTOFF)."""
+
+
+class Heard(NamedTuple):
+    """A whole frame, and s of the listener's clock when it came."""
+
+    came: float
+    frame: bytes
+
+
+class _Rows(NamedTuple):
+    """A signal as it comes: where in the recording, its stamp in s, its values."""
+
+    place: list[int]
+    time: list[float]
+    values: list[tuple[float, ...]]
+
+    def add(self, place: int, time: float, values: tuple[float, ...]) -> None:
+        self.place.append(place)
+        self.time.append(time)
+        self.values.append(values)
+
+    def series(self) -> Series:
+        return Series.of(self.place, self.time, self.values)
+
+
+class _Collector:
+    """What the vehicle said, by what it is of."""
+
+    def __init__(self, system: int, landed: profiles.LandedRule) -> None:
+        self.signals: dict[str, _Rows] = {}
+        self.facts: dict[str, tuple[list[int], list[bool]]] = {}
+        self.settings: list[Setting] = []
+        self._system, self._landed = system, landed
+
+    def take(self, place: int, fact: Overheard) -> None:
+        match fact:
+            case GyroSample(stamp, rates):
+                self._signal("rates", place, stamp, rates)
+            case AppliedMoment(stamp, moment, thrust, correction):
+                self._signal("moment", place, stamp, moment)
+                self._signal("thrust", place, stamp, (thrust,))
+                self._signal("injected", place, stamp, correction)
+            case Attitude(stamp, angles):
+                self._signal("attitude", place, stamp, angles)
+            case AttitudeAsked(stamp, angles, rates):
+                if angles is not None:
+                    self._signal("attitude_setpoint", place, stamp, angles)
+                if rates is not None:
+                    self._signal("rate_setpoint", place, stamp, rates)
+            case Parameter(name, value):
+                self.settings.append((place, name, value))
+            case Heartbeat() if fact.make and fact.system == self._system:
+                self._fact("armed", place, fact.armed)
+                if fact.status in self._landed.standing_by:
+                    self._fact("flying", place, False)
+            case FlightState() if fact.landed is not Landed.UNKNOWN:
+                self._fact("flying", place, fact.landed is not Landed.ON_GROUND)
+
+    def _signal(self, name: str, place: int, stamp_us: int, values: tuple[float, ...]) -> None:
+        self.signals.setdefault(name, _Rows([], [], [])).add(place, stamp_us * 1e-6, values)
+
+    def _fact(self, name: str, place: int, holds: bool) -> None:
+        places, values = self.facts.setdefault(name, ([], []))
+        places.append(place)
+        values.append(holds)
+
+
+def records_of(heard: Callable[[], Iterator[Heard]], source: str, remarks: Iterable[str]) -> tuple[Record, ...]:
+    """The records of the vehicle whose autopilot's heartbeat comes first.
+
+    `heard` begins anew at each call; `remarks` are complete when it has come to its end. Raises LogError, one line,
+    when no autopilot is heard or what is needed of it is missing.
+    """
+    identity = next(filter(None, (identity_in(frame) for _, frame in heard())), None)
+    if identity is None:
+        raise LogError(f"{source}: no HEARTBEAT of an autopilot in it, expected one that says whose data these are")
+    profile = profiles.choose(profiles.AUTO, identity.make) or profiles.FALLBACK
+    overhearing, collector = Overhearing(identity, profile), _Collector(identity.system, profile.landed)
+    others: Counter[int] = Counter()
+    for place, (_, frame) in enumerate(heard()):
+        other = identity_in(frame)
+        if other is not None and other.system != identity.system:
+            others[other.system] += 1
+        for fact in overhearing.read(frame):
+            collector.take(place, fact)
+    for number, name in ((Input.GYRO, "rates"), (Input.MOMENT, "moment")):
+        if name not in collector.signals:
+            stream = profile.stream(number).name
+            raise LogError(f"{source}: no {stream} of system {identity.system}, expected it for the {number.value}; "
+                           f"needs {profile.remedy}")  # fmt: skip
+    said = list(remarks)
+    if others:
+        said.append(f"other vehicles are heard too, left out: system {', '.join(map(str, sorted(others)))}")
+    if bad := overhearing.codec.counters.bad:
+        said.append(f"{bad} damaged messages left out")
+    return records(_found(collector, identity, source, tuple(said)))
+
+
+def _found(collector: _Collector, identity: Identity, source: str, remarks: tuple[str, ...]) -> Found:
+    signals = {name: rows.series() for name, rows in collector.signals.items()}
+    rates, moment = signals.pop("rates"), signals.pop("moment")
+    return Found(
+        source=source,
+        make=identity.make if identity.make in _FILTERED else "",
+        vehicle=identity.vehicle,
+        rates=rates,
+        moment=moment,
+        others=signals,
+        facts={
+            name: Series.of(places, np.full(len(places), np.nan), holds)  # these messages bear no stamp
+            for name, (places, holds) in collector.facts.items()
+        },
+        settings=collector.settings,
+        rates_filtered=_FILTERED.get(identity.make),
+        remarks=remarks,
+    )

@@ -1,0 +1,145 @@
+"""What an autopilot has told anybody, read from recorded frames: more than a companion needs in flight."""
+
+import math
+import struct
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from pymavlink.dialects.v20 import common as mav
+
+from dob_companion.mavlink.codec import AUTOPILOT, Codec, bytewise
+from dob_companion.mavlink.facts import Axes3, Fact
+from dob_companion.mavlink.frame import EXTRA, crc, unpacked
+from dob_companion.mavlink.makes import PX4, make_of
+from dob_companion.mavlink.outline import checksum_of, covered, number_of, payload_of
+from dob_companion.mavlink.profiles import Profile
+
+_HEARTBEAT = mav.MAVLINK_MSG_ID_HEARTBEAT
+
+_WORDS = {
+    mav.MAV_TYPE_GENERIC: "",
+    mav.MAV_TYPE_FIXED_WING: "plane",
+    mav.MAV_TYPE_GROUND_ROVER: "rover",
+    mav.MAV_TYPE_SURFACE_BOAT: "boat",
+}
+
+
+class Identity(NamedTuple):
+    """An autopilot, by its heartbeat; `vehicle` in words: "quadrotor", "rover", …"""
+
+    system: int
+    make: str
+    vehicle: str
+
+
+class Attitude(NamedTuple):
+    """Roll, pitch, yaw in rad."""
+
+    stamp_us: int
+    angles: Axes3
+
+
+class AttitudeAsked(NamedTuple):
+    """What the attitude and the rate controller follow, where the autopilot says so: rad, rad/s."""
+
+    stamp_us: int
+    angles: Axes3 | None
+    rates: Axes3 | None
+
+
+class Parameter(NamedTuple):
+    """A parameter of the autopilot."""
+
+    name: str
+    value: float
+
+
+Overheard = Fact | Attitude | AttitudeAsked | Parameter
+
+
+def identity_in(frame: bytes) -> Identity | None:
+    """The autopilot whose heartbeat a whole frame is."""
+    if number_of(frame) != _HEARTBEAT:
+        return None
+    try:
+        beat = mav.MAVLink(None).decode(bytearray(frame))
+    except (mav.MAVError, struct.error):
+        return None
+    make = make_of(beat)
+    return Identity(beat.get_srcSystem(), make, vehicle_in_words(beat.type)) if make else None
+
+
+def vehicle_in_words(kind: int) -> str:
+    """What a MAV_TYPE is called, "" for one that says nothing."""
+    known = mav.enums["MAV_TYPE"].get(kind)
+    if kind in _WORDS or known is None:
+        return _WORDS.get(kind, "")
+    name: str = known.name.removeprefix("MAV_TYPE_").lower().replace("_", " ")
+    return name.replace("vtol", "VTOL")
+
+
+class Overhearing:
+    """Reads whole frames of one vehicle's autopilot. Frames of others and damaged ones are counted in `codec`."""
+
+    def __init__(self, identity: Identity, profile: Profile) -> None:
+        self._identity = identity
+        self.codec = Codec(identity.system, profile=profile)
+        self._facts = {_HEARTBEAT, *profile.layouts}
+
+    def read(self, frame: bytes) -> Iterator[Overheard]:
+        """What the frame says, if anything."""
+        number = number_of(frame)
+        if number in self._facts:
+            yield from self.codec.facts(frame)
+        elif number in _READERS and _sender(frame) == (self._identity.system, AUTOPILOT):
+            layout, read = _READERS[number]
+            if crc(covered(frame) + EXTRA[layout.crc_extra]) != checksum_of(frame):
+                self.codec.counters.bad += 1
+            else:
+                yield from read(unpacked(layout, payload_of(frame)), self._identity.make)
+
+
+def _sender(frame: bytes) -> tuple[int, int]:
+    return (frame[3], frame[4]) if frame[0] == mav.PROTOCOL_MARKER_V1 else (frame[5], frame[6])
+
+
+def _attitude(fields: tuple[Any, ...], _make: str) -> Iterator[Attitude]:
+    yield Attitude(fields[0] * 1000, fields[1:4])
+
+
+def _attitude_asked(fields: tuple[Any, ...], _make: str) -> Iterator[AttitudeAsked]:
+    stamp_ms, *q, roll, pitch, yaw, _thrust, ignored = fields[:10]
+    rates = None if ignored & _NO_RATES else (roll, pitch, yaw)
+    angles = None if ignored & mav.ATTITUDE_TARGET_TYPEMASK_ATTITUDE_IGNORE else euler(*q)
+    yield AttitudeAsked(stamp_ms * 1000, angles, rates)
+
+
+def _parameter(fields: tuple[Any, ...], make: str) -> Iterator[Parameter]:
+    """ArduPilot gives every value as a real number; PX4 the bytes of an integer as those of one."""
+    value, _count, _index, name, kind = fields
+    said = mav.MAVLink_param_value_message(name, value, kind, 0, 0)
+    whole = bytewise(said) if make == PX4 else None
+    yield Parameter(name.rstrip(b"\0").decode("ascii", "replace"), float(value if whole is None else whole))
+
+
+def euler(w: float, x: float, y: float, z: float) -> Axes3:
+    """Roll, pitch, yaw of a quaternion that turns the body's axes into those of the earth."""
+    sine = max(-1.0, min(1.0, 2.0 * (w * y - z * x)))
+    return (
+        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        math.asin(sine),
+        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+    )
+
+
+_NO_RATES = (
+    mav.ATTITUDE_TARGET_TYPEMASK_BODY_ROLL_RATE_IGNORE
+    | mav.ATTITUDE_TARGET_TYPEMASK_BODY_PITCH_RATE_IGNORE
+    | mav.ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE
+)
+
+_READERS: dict[int, tuple[Any, Callable[[tuple[Any, ...], str], Iterator[Overheard]]]] = {
+    mav.MAVLINK_MSG_ID_ATTITUDE: (mav.MAVLink_attitude_message, _attitude),
+    mav.MAVLINK_MSG_ID_ATTITUDE_TARGET: (mav.MAVLink_attitude_target_message, _attitude_asked),
+    mav.MAVLINK_MSG_ID_PARAM_VALUE: (mav.MAVLink_param_value_message, _parameter),
+}
