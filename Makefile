@@ -24,9 +24,9 @@ BIN := $(VENV)/bin
 demo: $(VENV)/.demo
 	$(BIN)/dob-companion demo $(DEMO_ARGS)
 
-# What shares a fixture shares a process (tests/conftest.py).
+# A file's tests share a process, and with it what its fixtures build.
 JOBS ?= 2
-PYTEST = $(BIN)/python -m pytest -n $(JOBS) --dist loadgroup
+PYTEST = $(BIN)/python -m pytest -n $(JOBS) --dist loadfile
 
 test: $(VENV)/.dev
 	$(PYTEST) -m "not proof" $(TEST_ARGS)

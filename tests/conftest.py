@@ -1,4 +1,4 @@
-"""What every test shares: which are slow, and which run in one process because they share what is built.
+"""What every test shares: which of them are slow.
 
 A test is quick until it is found to be slow: `make slow` writes slow.txt anew, one name a line, of a function or, where
 what it shares with others takes long to build, of a file. `make quick` leaves those out.
@@ -14,8 +14,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads on
 
 SLOW = Path(__file__).with_name("slow.txt")
 SLOW_S = 0.4
-ONE_PROCESS = ("tests/sitl/campaign/",)
-"""Directories whose files share a fixture that takes long; elsewhere each file has a process to itself."""
 
 _took: dict[str, list[float]] = defaultdict(list)
 
@@ -30,12 +28,10 @@ def pytest_collection_modifyitems(items):
         function, file = item.nodeid.partition("[")[0], item.nodeid.partition("::")[0]
         if slow & {function, file}:
             item.add_marker(pytest.mark.slow)
-        group = next((directory for directory in ONE_PROCESS if file.startswith(directory)), file)
-        item.add_marker(pytest.mark.xdist_group(group))
 
 
 def pytest_runtest_logreport(report):
-    function, _, _ = report.nodeid.partition("@")[0].partition("[")
+    function, _, _ = report.nodeid.partition("[")
     _took[function.partition("::")[0] if report.when == "setup" else function].append(report.duration)
 
 

@@ -125,7 +125,7 @@ def test_ctrl_c_at_any_moment_leaves_no_process_and_only_whole_files(tmp_path, a
     # Python itself ends by the signal, which a shell shows as 130 too, where it came within an exec() of the imports
     assert process.returncode in (130, -signal.SIGINT), errors
     assert "Traceback" not in errors
-    assert not [pid for pid in family if Path(f"/proc/{pid}").exists()]
+    wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in family))
     for path in tmp_path.glob("*.json"):
         json.loads(path.read_text())
     assert not list(tmp_path.glob(".*"))
