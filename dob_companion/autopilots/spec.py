@@ -7,9 +7,9 @@ from dob_companion.artifact import AXES
 from dob_companion.autopilots.autopilot import Autopilot, RateLoop
 from dob_companion.autopilots.parameters import Parameters
 from dob_companion.autopilots.transfer import Transfer, constant
+from dob_companion.autopilots.written import comment, listed, model_lines, number
 from dob_companion.errors import InputError
 
-WIDTH = 120
 REQUIRED = "REQUIRED"
 CORNER_HZ, DISK_MARGIN = 1.0, 0.25
 """Of [auto]. The margin is one that the rate loops which autopilots come with still have."""
@@ -57,14 +57,14 @@ def spec_text(
     lines = [
         *_head(autopilot, parameters, loops),
         "[design]",
-        f"rate_hz = {_number(rate_hz)}",
+        f"rate_hz = {number(rate_hz)}",
         f"delay_samples = {delay_samples.value:.0f}   # {delay_samples.source}",
         "",
         "[auto]",
         f"disturbance_corner_hz = {CORNER_HZ}   # assumed: gusts",
-        f"noise_rms = {_number(noise_rms.value)}   # rad/s; {noise_rms.source}",
+        f"noise_rms = {number(noise_rms.value)}   # rad/s; {noise_rms.source}",
         f"least_disk_margin = {DISK_MARGIN}   # of the loop with the observer; more, where C and plant allow it",
-        f"attitude_gain = {_number(attitude)}   # {parameters.said(autopilot.attitude_gain)}",
+        f"attitude_gain = {number(attitude)}   # {parameters.said(autopilot.attitude_gain)}",
     ]
     for axis, loop in loops.items():
         lines += ["", *_block(axis, loop, aircraft, parameters.source)]
@@ -78,7 +78,7 @@ def _head(autopilot: Autopilot, parameters: Parameters, loops: Mapping[str, Rate
     remarks = dict.fromkeys(remark for loop in loops.values() for remark in loop.remarks)
     if remarks:
         yield "# Not in these models:"
-        yield from (line for remark in remarks for line in _comment(f"  {remark}"))
+        yield from (line for remark in remarks for line in comment(f"  {remark}"))
     yield ""
 
 
@@ -88,8 +88,8 @@ def _block(axis: str, loop: RateLoop, aircraft: Aircraft, source: str) -> Iterat
     yield from ("[[block]]", f'name = "{axis}"', f'axes = ["{axis}"]', "[block.plant]")
     yield from _plant(axis, loop, aircraft)
     yield "[block.controller]"
-    yield from _comment("; ".join(loop.about_controller))
-    yield from _model(loop.controller.monic, "tustin")
+    yield from comment("; ".join(loop.about_controller))
+    yield from model_lines(loop.controller.monic, "tustin")
 
 
 def _plant(axis: str, loop: RateLoop, aircraft: Aircraft) -> Iterator[str]:
@@ -101,40 +101,15 @@ def _plant(axis: str, loop: RateLoop, aircraft: Aircraft) -> Iterator[str]:
     given += [f"pole {pole:g} rad/s (given)"] if pole else ["no pole given: an integrator"]
     given += [f"motors {1e3 * motor_s:g} ms (given)"] if motor_s else []
     given += [f"delay {1e3 * delay_s:g} ms (given)"] if delay_s else []
-    yield from _comment("; ".join(given))
-    yield from _comment("; ".join(loop.about_filters))
+    yield from comment("; ".join(given))
+    yield from comment("; ".join(loop.about_filters))
     if gain is None:
-        yield from _comment(f"give --gain {axis}=…, or put here the gain times {_list(shape.num)}")
+        yield from comment(f"give --gain {axis}=…, or put here the gain times {listed(shape.num)}")
         yield f'num = ["{REQUIRED}: angular acceleration per unit of normalized torque, rad/s²"]'
-        yield from _model(shape, "zoh", late_s)[1:]
+        yield from model_lines(shape, "zoh", late_s)[1:]
     else:
-        yield from _model(constant(gain) * shape, "zoh", late_s)
-
-
-def _model(model: Transfer, method: str, delay_s: float = 0.0) -> list[str]:
-    lines = [f"num = {_list(model.num)}", f"den = {_list(model.den)}", 'domain = "s"', f'method = "{method}"']
-    return [*lines, f"delay_s = {_number(delay_s)}"] if delay_s else lines
+        yield from model_lines(constant(gain) * shape, "zoh", late_s)
 
 
 def _of(values: Mapping[str, float], axis: str) -> float | None:
     return values.get(axis, values.get(""))
-
-
-def _list(numbers: tuple[float, ...]) -> str:
-    return "[" + ", ".join(map(_number, numbers)) + "]"
-
-
-def _number(value: float) -> str:
-    """A TOML float of twelve digits."""
-    return repr(float(f"{value:.12g}"))
-
-
-def _comment(text: str) -> Iterator[str]:
-    """Comment lines; long ones go on in the next, indented."""
-    line = "#"
-    for word in text.split(" "):
-        if len(line) + 1 + len(word) > WIDTH:
-            yield line
-            line = "#  "
-        line += f" {word}"
-    yield line

@@ -1,0 +1,168 @@
+"""From an identification to the spec that `design --auto` takes: every number with where it comes from."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from dob_companion.autopilots import Sourced
+from dob_companion.autopilots.written import comment, listed, model_lines, number
+from dob_companion.errors import InputError
+from dob_companion.identification.controllers import Controllers
+from dob_companion.identification.result import AxisModel, Identification, Interval
+from dob_companion.identification.surroundings import Surroundings
+from dob_companion.lti.margins import disk_margin
+from dob_companion.lti.response import response
+from dob_companion.synthesis.plant.models import to_state_space
+from dob_companion.synthesis.spec.parse import parse_spec
+
+ASSUMED_CORNER_HZ = 1.0
+"""Of gusts, where the recorded air was too calm to show a corner."""
+
+SHOWN = 4.0
+"""A corner counts as seen when its interval is narrower than this factor."""
+
+MARGIN_KEPT, LEAST_MARGIN, MOST_MARGIN = 0.8, 0.2, 0.4
+"""The loop with the observer is to keep this share of the disk margin that it has without, within these ends."""
+
+LIMIT_OF_RMS, LEAST_LIMIT, MOST_LIMIT = 10.0, 0.05, 0.3
+"""What the observer is asked to reject at most: this many times the rms that was seen, within these ends."""
+
+
+def spec_text(
+    found: Identification,
+    controllers: Controllers,
+    surroundings: Mapping[str, Surroundings | None],
+    delay_samples: Sourced,
+) -> str:
+    """TOML for `design --auto`, of all usable axes.
+
+    Raises InputError where none is usable, or where the loop of an axis is unstable already by these numbers.
+    """
+    axes = found.usable
+    if not axes:
+        reasons = "; ".join(f"{axis}: {result.why}" for axis, result in found.axes.items())
+        raise InputError(f"{found.source}: no axis is usable: {reasons}")
+    blocks = [line for axis in axes for line in _block(axis, _model(found, axis), controllers, surroundings.get(axis))]
+    head = [*_head(found, controllers), *_design(found, delay_samples)]
+    margin = _baseline_margin("\n".join([*head, *blocks]), found.source)
+    return "\n".join([*head, *_auto(surroundings, controllers, margin), *blocks]) + "\n"
+
+
+def _model(found: Identification, axis: str) -> AxisModel:
+    model = found.axes[axis].model
+    if model is None:
+        raise InputError(f"{found.source}: {axis}: no model was found")
+    return model
+
+
+def _head(found: Identification, controllers: Controllers) -> Iterator[str]:
+    yield from comment(f"Identified from {' '.join(found.source.split())}")
+    yield "#   dob-companion design THIS_FILE --auto -o my-design"
+    yield "# Plants: normalized torque -> streamed rate, rad/s. Controllers: C of u = C (r - y), y what is streamed."
+    for axis, result in found.axes.items():
+        if not result.usable:
+            yield from comment(f"{axis} is left out: {result.why}")
+    if controllers.remarks:
+        yield "# Not in these models:"
+        for remark in controllers.remarks:
+            yield from comment(f"  {remark}")
+    yield ""
+
+
+def _design(found: Identification, delay_samples: Sourced) -> Iterator[str]:
+    yield "[design]"
+    yield f"rate_hz = {number(found.rate_hz)}"
+    yield f"delay_samples = {delay_samples.value:.0f}   # {delay_samples.source}"
+    yield ""
+
+
+def _auto(
+    surroundings: Mapping[str, Surroundings | None], controllers: Controllers, margin: tuple[str, float]
+) -> Iterator[str]:
+    seen = {axis: around for axis, around in surroundings.items() if around is not None}
+    weakest, baseline = margin
+    yield "[auto]"
+    yield f"disturbance_corner_hz = {_corner(seen)}"
+    noisiest = max(seen, key=lambda axis: seen[axis].noise_rms.value, default=None)
+    if noisiest is None:
+        yield "noise_rms = 0.0005   # rad/s; assumed: the record is too short to tell"
+    else:
+        yield f"noise_rms = {number(_round(seen[noisiest].noise_rms.value))}   # rad/s; measured, {noisiest}"
+    asked = min(max(MARGIN_KEPT * baseline, LEAST_MARGIN), MOST_MARGIN)
+    yield f"least_disk_margin = {number(_round(asked))}   # {weakest} has {baseline:.3f} without observer"
+    yield f"attitude_gain = {number(controllers.attitude_gain.value)}   # {controllers.attitude_gain.source}"
+    yield ""
+
+
+def _corner(seen: Mapping[str, Surroundings]) -> str:
+    shown = {
+        axis: around.corner_hz for axis, around in seen.items() if around.corner_hz.high < SHOWN * around.corner_hz.low
+    }
+    if not shown:
+        return f"{ASSUMED_CORNER_HZ}   # assumed: gusts; the air was too calm to show it"
+    middle = float(np.exp(np.mean([np.log(corner.value) for corner in shown.values()])))
+    said = ", ".join(f"{axis} {corner.value:.2g}" for axis, corner in shown.items())
+    return f"{number(_round(middle))}   # measured: {said}"
+
+
+def _block(axis: str, model: AxisModel, controllers: Controllers, around: Surroundings | None) -> Iterator[str]:
+    yield from ("[[block]]", f'name = "{axis}"', f'axes = ["{axis}"]')
+    if around is not None:
+        rms = around.disturbance_rms.value
+        limit = number(_round(min(max(LIMIT_OF_RMS * rms, LEAST_LIMIT), MOST_LIMIT)))
+        yield f"largest_disturbance = {limit}   # {LIMIT_OF_RMS:g} times the rms of {rms:.2g} that was seen"
+    yield "[block.plant]"
+    yield from comment("; ".join(_about(model)))
+    if model.about_filters:
+        yield from comment("; ".join(model.about_filters))
+    yield from model_lines(model.transfer(), "zoh", model.delay_s.value)
+    yield "[block.controller]"
+    yield from controllers.lines[axis]
+    yield "[block.uncertainty]   # |G_true / G - 1| at most, 95 %: parameters, form of the model, what was not measured"
+    for key, values in model.uncertainty().items():
+        yield f"{key} = {listed(map(_round, values))}"
+    yield ""
+
+
+def _about(model: AxisModel) -> Iterator[str]:
+    yield f"{_said(model.acceleration_per_unit, 1.0)} rad/s² per unit torque"
+    yield f"slow pole {_said(model.slow_pole_rad_s, 1.0)} rad/s" if model.slow_pole_rad_s.value else "an integrator"
+    if model.lag_s.value:
+        yield f"lag {_said(model.lag_s, 1e3)} ms"
+    yield f"delay {_said(model.delay_s, 1e3)} ms"
+    for mode in model.modes:
+        yield f"mode at {_said(mode.frequency_hz, 1.0)} Hz, damping {_said(mode.damping, 1.0)}"
+
+
+def _said(interval: Interval, scale: float) -> str:
+    value, low, high = (scale * x for x in (interval.value, interval.low, interval.high))
+    return f"{value:.4g} ({low:.4g} to {high:.4g})"
+
+
+def _baseline_margin(text: str, source: str) -> tuple[str, float]:
+    """The axis whose loop without observer has the smallest disk margin, and that.
+
+    Raises InputError for a loop that is unstable by the model, which flew: one of its numbers is not that of the
+    aircraft.
+    """
+    spec = parse_spec(
+        text + "\n[auto]\ndisturbance_corner_hz = 1.0\nnoise_rms = 1.0\nleast_disk_margin = 0.1\n", source
+    )
+    angles = np.concatenate([np.geomspace(1e-5, 0.05, 300), np.linspace(0.05, np.pi, 3000)])
+    margins = {}
+    for block in spec.blocks:
+        plant, controller = (to_state_space(model, spec.dt, (1, 1)) for model in (block.plant, block.controller))
+        loop = plant * controller
+        closed = loop.A - loop.B @ loop.C / (1.0 + loop.D.item())
+        if np.max(np.abs(np.linalg.eigvals(closed)), initial=0.0) >= 1.0:
+            raise InputError(
+                f"{source}: {block.name}: the rate loop is unstable by the model and the controller's parameters, "
+                "but it flew: are these the parameters of that flight?"
+            )
+        margins[block.name] = disk_margin(1.0 / (1.0 + response(loop, angles)[:, 0, 0]))
+    weakest = min(margins, key=lambda name: margins[name])
+    return weakest, margins[weakest]
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.4g}")
