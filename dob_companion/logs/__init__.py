@@ -6,6 +6,8 @@ from pathlib import Path
 from dob_companion.errors import InputError, LogError
 from dob_companion.files.kinds import kind_of
 from dob_companion.identification.record import Record
+from dob_companion.logs.ardupilot import read_bin, read_text
+from dob_companion.logs.dataflash import looks_binary, looks_text
 from dob_companion.logs.dobtrace import read_dobtrace
 from dob_companion.logs.table import looks_like_csv, read_csv, read_npz
 from dob_companion.logs.tlog import looks_like_tlog, read_tlog
@@ -17,7 +19,9 @@ _BEGIN = 1 << 16
 _KINDS: tuple[tuple[Callable[[bytes], bool], Callable[[Path], tuple[Record, ...]]], ...] = (
     (lambda begin: begin.startswith(b"\x1f\x8b"), read_dobtrace),
     (lambda begin: begin.startswith(b"PK\x03\x04"), read_npz),
+    (looks_binary, read_bin),
     (looks_like_tlog, read_tlog),
+    (looks_text, read_text),
     (looks_like_csv, read_csv),
 )
 _EXPECTED = "a PX4 .ulg, an ArduPilot .bin or .log, a .tlog, a .dobtrace, or a table as .csv or .npz"

@@ -27,6 +27,7 @@ class Found:
     others     the signals of SIGNALS that there are
     facts      those of FACTS, one channel, 0 or 1; time NaN where a fact bears none: it holds from where it stands
     settings   parameters in the file's order
+    witnesses  other messages whose stamps tell where a clock began anew
     """
 
     source: str
@@ -37,13 +38,15 @@ class Found:
     others: Mapping[str, Series] = field(default_factory=dict)
     facts: Mapping[str, Series] = field(default_factory=dict)
     settings: Iterable[Setting] = ()
+    witnesses: tuple[Series, ...] = ()
     rates_filtered: bool | None = None
     remarks: tuple[str, ...] = ()
 
 
 def records(found: Found) -> tuple[Record, ...]:
     """A record for each stretch in which one clock holds. Raises LogError, one line, when there is none."""
-    cuts, made, short = spans([found.rates, found.moment]), [], []
+    witnesses = [*found.others.values(), *found.facts.values(), *found.witnesses]
+    cuts, made, short = spans([found.rates, found.moment], witnesses), [], []
     for number, (begin, end) in enumerate(cuts, start=1):
         record = _record(found, begin, end)
         if min(len(record.rates.time), len(record.moment.time)) < _FEWEST:
@@ -111,7 +114,8 @@ def _facts(series: Series, clock: Series, start: float) -> Facts:
     return Facts(time[last], holds[last])
 
 
-_COUNTERS = ("STAT_", "DOB_STATE")
+_COUNTERS = ("STAT_", "DOB_STATE", "SIM_", "BARO", "MIS_", "MOT_THST_HOVER", "LND_FLIGHT_T", "COM_FLIGHT")
+"""Parameters that an autopilot writes itself, or that are of the simulated world."""
 _MOST_NAMED = 6
 
 

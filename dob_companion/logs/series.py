@@ -79,14 +79,21 @@ def joined(parts: list[Series]) -> Series:
     return Series(place[order], time[order], values[order])
 
 
-def spans(series: list[Series]) -> list[tuple[int, int]]:
-    """Places from which on, and before which, one clock holds for all of these."""
-    begin, end = 0, np.iinfo(np.int64).max
+def spans(series: list[Series], witnesses: list[Series]) -> list[tuple[int, int]]:
+    """Places from which on, and before which, one clock holds for all of these.
+
+    That it began anew is told by `series`; where, between two of their samples, by `witnesses` as well.
+    """
     clock = joined([Series(s.place, s.time, np.empty((len(s.place), 0))) for s in series])
     clock = clock.where(np.isfinite(clock.time))
     clock = clock.where(~strays(clock.time))
-    restarts = [int(clock.place[at]) for at in _restarts(clock.time)]
-    return list(pairwise([begin, *restarts, end]))
+    restarts = []
+    for at in _restarts(clock.time):
+        before, place = int(clock.place[at - 1]), int(clock.place[at])
+        between = [w.within(before + 1, place) for w in witnesses]
+        anew = [w.place[w.time < clock.time[at - 1] - BACK_S] for w in between]
+        restarts.append(min([place, *(int(places[0]) for places in anew if len(places))]))
+    return list(pairwise([0, *restarts, np.iinfo(np.int64).max]))
 
 
 def strays(time: Floats) -> NDArray[np.bool_]:
