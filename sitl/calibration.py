@@ -1,8 +1,11 @@
 """How strong must the disturbance be? Fly the window with the observer off until its peaks are the scenario's."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from sitl.attitude import Vector
+from sitl.autopilot.aircraft import Aircraft
 from sitl.errors import FlightFailedError
 from sitl.flight import Flight
 from sitl.log import OFF_WINDOW
@@ -14,10 +17,13 @@ TOLERANCE = 1e-6
 
 MAX_FLIGHTS = 30
 
+Builder = Callable[[], Aircraft]
+"""Makes a new aircraft for each flight."""
 
-def peaks_off(scenario: Scenario, seed: int, scale: Vector) -> Vector:
+
+def peaks_off(scenario: Scenario, seed: int, scale: Vector, build: Builder | None = None) -> Vector:
     """Peak attitude error of each axis, rad, mean removed, in the window flown without any companion."""
-    flight = Flight(scenario, seed, scale)
+    flight = Flight(scenario, seed, scale, aircraft=build() if build else None)
     while flight.script.phase is not Phase.WAIT_OBSERVER:
         flight.step()
     arrays = flight.log.arrays()
@@ -26,8 +32,10 @@ def peaks_off(scenario: Scenario, seed: int, scale: Vector) -> Vector:
     return roll, pitch, yaw
 
 
-def disturbance_scale(scenario: Scenario, seed: int) -> Vector:
+def disturbance_scale(scenario: Scenario, seed: int, build: Builder | None = None) -> Vector:
     """Size of the disturbance per axis that gives the scenario's error peaks: see `Flight`.
+
+    `build` makes the aircraft, by default the scenario's own.
 
     Fixed-point iteration over whole flights of the vehicle itself, each axis scaled by wanted over found, with smaller
     steps when that leads astray: a linear vehicle takes a handful of flights, axes that share rotors some more. Raises
@@ -41,7 +49,7 @@ def disturbance_scale(scenario: Scenario, seed: int) -> Vector:
     step, before = 1.0, np.inf
     for _ in range(MAX_FLIGHTS):
         try:
-            found = np.array(peaks_off(scenario, seed, (scale[0], scale[1], scale[2])))
+            found = np.array(peaks_off(scenario, seed, (scale[0], scale[1], scale[2]), build))
         except FlightFailedError:  # it came down
             break
         share = wanted[disturbed] / found[disturbed]

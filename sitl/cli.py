@@ -5,11 +5,14 @@ import gc
 import json
 import signal
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from sitl.attitude import Vector
+from sitl.autopilot.own import OwnAircraft
 from sitl.calibration import disturbance_scale
 from sitl.console import program
+from sitl.constants import AXES
 from sitl.errors import FlightFailedError, InputError, SitlError
 from sitl.extras import remedy
 from sitl.flight import Flight
@@ -17,6 +20,7 @@ from sitl.links import Link, open_link, other_end
 from sitl.result import verdicts, write
 from sitl.run import Limits, Loop, fly_lockstep, fly_real_time, say
 from sitl.scenario import checks
+from sitl.scenario.own_aircraft import load_aircraft
 from sitl.scenario.spec import Scenario, load, packaged_names
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 
@@ -28,6 +32,8 @@ _EXAMPLE = """\
 example: the paper's comparison as fast as the machine goes, results in ./flight
   dob-companion run --design design.json --link udpin:127.0.0.1:14540 &
   python -m sitl paper --clock lockstep --seed 1 -o flight
+your own aircraft, as a design knows it, in still air
+  python -m sitl calm --aircraft my-design/design.json
 """
 
 
@@ -41,12 +47,18 @@ def parser() -> argparse.ArgumentParser:
     )
     names = ", ".join(packaged_names())
     p.add_argument("scenario", nargs="?", default="calm", metavar="SCENARIO", help=f"{names}, or a .toml file (calm)")
+    p.add_argument(
+        "--aircraft",
+        type=Path,
+        metavar="FILE",
+        help="fly the plant under the controllers of this design.json, on a link as slow as it is for",
+    )
     p.add_argument("--clock", choices=("real-time", "lockstep"), default="real-time", help="default: %(default)s")
     p.add_argument("--seed", type=_seed, default=1, metavar="N", help="of disturbance and noise (%(default)s)")
     p.add_argument("--link", default=LINK, metavar="URL", help="the companion's link (%(default)s)")
     p.add_argument("--gcs", default=GCS, metavar="URL", help="the ground station's link (%(default)s)")
     p.add_argument(
-        "--delay", type=_delay, default=1, metavar="N", help="of the companion's link, samples (%(default)s)"
+        "--delay", type=_delay, metavar="N", help="of the companion's link, samples (1, or what FILE is for)"
     )
     p.add_argument("-o", dest="directory", type=Path, metavar="DIR", help="result.json, flight.npz, figure.png go here")
     p.add_argument("--no-figure", action="store_true", help="draw none")
@@ -94,9 +106,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _fly(options: argparse.Namespace) -> int:
-    scenario = load(options.scenario)
+    scenario, own = _what(options)
     if options.about:
-        print(json.dumps(_about(scenario), ensure_ascii=False))
+        print(json.dumps(_about(scenario, own), ensure_ascii=False))
         return 0
     directory: Path | None = options.directory
     if directory is not None and directory.exists() and not directory.is_dir():
@@ -105,7 +117,9 @@ def _fly(options: argparse.Namespace) -> int:
     try:
         links[COMPANION] = open_link(options.link)
         links[GROUND] = open_link(options.gcs)
-        scale = disturbance_scale(scenario, options.seed)
+        if own is not None:
+            _introduce(own)
+        scale = disturbance_scale(scenario, options.seed, own.build if own else None)
         if any(scale):
             say(_strength(scenario, scale))
         endless = scenario.windows is None
@@ -115,8 +129,9 @@ def _fly(options: argparse.Namespace) -> int:
             options.seed,
             scale,
             await_arming=options.await_arming,
+            aircraft=own.build() if own else None,
             record=record,
-            delay_samples=options.delay,
+            delay_samples=options.delay or (max(1, own.delay_samples) if own else 1),
         )
         flight.vehicle.lockstep = options.clock == "lockstep"
         limits = Limits(options.timeout, None if endless else options.event_timeout)
@@ -128,7 +143,31 @@ def _fly(options: argparse.Namespace) -> int:
             link.close()
 
 
-def _about(scenario: Scenario) -> dict[str, object]:
+def _what(options: argparse.Namespace) -> tuple[Scenario, OwnAircraft | None]:
+    """What is flown, and who flies if it is not the scenario's own vehicle.
+
+    The checks of a packaged scenario and the paper's ratios are about the vehicles that come with it; what another
+    aircraft must keep to stands in a scenario of its own.
+    """
+    scenario = load(options.scenario)
+    if options.aircraft is None:
+        return scenario, None
+    own, clock = load_aircraft(options.aircraft)
+    checks_of_it = () if options.scenario in packaged_names() else scenario.checks
+    scenario = replace(
+        scenario, airframe="linear", paper_ratio=None, checks=checks_of_it, clock=clock or scenario.clock
+    )
+    return scenario, own.settled()
+
+
+def _introduce(own: OwnAircraft) -> None:
+    gains = ", ".join(f"{name} {gain:.3g}" for name, gain in zip(AXES, own.attitude_gain or (), strict=True))
+    say(f"aircraft of {own.source}; attitude gains of {gains} 1/s")
+    if own.foreign:
+        say(f"{own.source} says nothing of {', '.join(own.foreign)}: the paper's axes fly there")
+
+
+def _about(scenario: Scenario, own: OwnAircraft | None) -> dict[str, object]:
     windows = scenario.windows
     flown_s = 2.0 * (windows.lead_s + windows.length_s) + windows.settle_s + TAKE_OFF_S if windows else None
     return {
@@ -137,6 +176,15 @@ def _about(scenario: Scenario) -> dict[str, object]:
         "airframe": scenario.airframe,
         "seconds": flown_s,  # null: it hovers until it is stopped
         "checks": len(scenario.checks),
+        "aircraft": _about_aircraft(own) if own else None,
+    }
+
+
+def _about_aircraft(own: OwnAircraft) -> dict[str, object]:
+    return {
+        "attitude_gain": dict(zip(AXES, own.attitude_gain or (), strict=True)),
+        "delay_samples": own.delay_samples,
+        "axes": [name for name in AXES if name not in own.foreign],
     }
 
 

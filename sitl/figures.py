@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from sitl.constants import DT_US
+from sitl.constants import AXES, DT_US
 from sitl.log import OFF_WINDOW, ON_WINDOW, Arrays
 from sitl.scenario.spec import Scenario
-from sitl.scenario.tables import AXES
 
 OFF, ON = "#9a9a9a", "#0b5fa5"
 COLOURS = ("#b5482a", "#0b5fa5", "#3c8d40")

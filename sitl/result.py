@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitl.constants import AXES
 from sitl.figures import figure
 from sitl.flight import Flight
 from sitl.log import OFF_WINDOW, ON_WINDOW, Arrays
 from sitl.scenario.checks import Verdict, judge, peak, rms
 from sitl.scenario.spec import Scenario
-from sitl.scenario.tables import AXES
 
 SCHEMA = "dob-companion/flight-result/1"
 

@@ -1,6 +1,7 @@
-"""The identified linear axes of the paper as an airframe."""
+"""Linear axes as an airframe: the identified ones of the paper, or others."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 from sitl.airframe.condition import Condition
 from sitl.airframe.surroundings import Surroundings
@@ -69,17 +70,51 @@ class LinearAxis:
         self._s1 = self._s2 = 0.0
 
 
-class LinearAirframe:
-    """Three uncoupled linear rate axes, an exact attitude integration and a vertical axis.
+class RateDynamics(Protocol):
+    """What turns normalized torque about roll, pitch, yaw into body rates, rad/s, one sample later."""
 
-    Limits: rates do not couple (no gyroscopic or inertial terms, as in Section III of the paper), no flexible modes,
-    no aerodynamics beyond what Eq. (11) holds; thrust and attitude do not push it sideways, so it stays above its
-    take-off point; on the ground it stands upright and feels no disturbance. Of `Condition` it knows the gain alone,
-    of `Surroundings` the torque alone. Within a sample the rate changes linearly, so attitude turns by its mean.
+    def advance(self, moment: Vector) -> Vector:
+        """Apply `moment` (disturbance included) for one sample; returns the new rates."""
+        ...
+
+    def reset(self) -> None:
+        """Stand still."""
+        ...
+
+
+class UncoupledRates:
+    """Three `LinearAxis`, roll, pitch, yaw."""
+
+    __slots__ = ("_pitch", "_roll", "_yaw")
+
+    def __init__(self, axes: tuple[RateAxis, RateAxis, RateAxis]) -> None:
+        self._roll, self._pitch, self._yaw = (LinearAxis(a) for a in axes)
+
+    def advance(self, moment: Vector) -> Vector:
+        """See `RateDynamics.advance`."""
+        return self._roll.advance(moment[0]), self._pitch.advance(moment[1]), self._yaw.advance(moment[2])
+
+    def reset(self) -> None:
+        """See `RateDynamics.reset`."""
+        for axis in (self._roll, self._pitch, self._yaw):
+            axis.reset()
+
+
+class LinearAirframe:
+    """Linear rate dynamics, an exact attitude integration and a vertical axis.
+
+    `axes` are uncoupled ones; `rates` take their place where an aircraft brings dynamics of its own.
+
+    Limits: rates do not couple beyond `rates` (no gyroscopic or inertial terms, as in Section III of the paper), no
+    flexible modes and no aerodynamics beyond what these hold; thrust and attitude do not push it sideways, so it stays
+    above its take-off point; on the ground it stands upright and feels no disturbance. Of `Condition` it knows the gain
+    alone, of `Surroundings` the torque alone. Within a sample the rate changes linearly, so attitude turns by its mean.
     """
 
-    def __init__(self, axes: tuple[RateAxis, RateAxis, RateAxis] = (ROLL, PITCH, YAW)) -> None:
-        self._roll, self._pitch, self._yaw = (LinearAxis(a) for a in axes)
+    def __init__(
+        self, axes: tuple[RateAxis, RateAxis, RateAxis] = (ROLL, PITCH, YAW), *, rates: RateDynamics | None = None
+    ) -> None:
+        self._rates = rates or UncoupledRates(axes)
         self.rate: Vector = ZERO
         self.attitude: Quaternion = LEVEL
         self.altitude = 0.0
@@ -106,11 +141,8 @@ class LinearAirframe:
             return
         p, q, r = self.rate
         d, gain = around.torque, self.condition.gain
-        rate = (
-            self._roll.advance(gain[0] * (torque[0] + d[0])),
-            self._pitch.advance(gain[1] * (torque[1] + d[1])),
-            self._yaw.advance(gain[2] * (torque[2] + d[2])),
-        )
+        moment = (gain[0] * (torque[0] + d[0]), gain[1] * (torque[1] + d[1]), gain[2] * (torque[2] + d[2]))
+        rate = self._rates.advance(moment)
         mean = (0.5 * (p + rate[0]), 0.5 * (q + rate[1]), 0.5 * (r + rate[2]))
         self.attitude = rotated_by_rate(self.attitude, mean, DT)
         self.rate = rate
@@ -131,5 +163,4 @@ class LinearAirframe:
     def _touch_down(self) -> None:
         self.altitude, self.climb, self.on_ground = 0.0, 0.0, True
         self.rate, self.attitude, self.specific_force = ZERO, LEVEL, (0.0, 0.0, -GRAVITY)
-        for axis in (self._roll, self._pitch, self._yaw):
-            axis.reset()
+        self._rates.reset()

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 from sitl.airframe.linear import HOVER_THRUST, LinearAirframe
 from sitl.airframe.mixer import Allocator, SeparateAxes
 from sitl.airframe.protocol import Airframe
+from sitl.attitude import Vector
+from sitl.autopilot.controller import ATTITUDE_GAIN, RateLaw
 from sitl.autopilot.tuning import RATE_PIDS, Tuning
 
 if TYPE_CHECKING:
@@ -19,11 +21,17 @@ ALTITUDE_INTEGRAL = 0.8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Aircraft:
-    """What a `Vehicle` flies, how it flies it, and how its torque and thrust reach the rotors."""
+    """What a `Vehicle` flies, how it flies it, and how its torque and thrust reach the rotors.
+
+    `rates` take the place of the tuning's PIDs; `attitude_gain` is the rate asked for per attitude error about roll,
+    pitch, yaw, 1/s.
+    """
 
     airframe: Airframe
     mixer: Allocator
     tuning: Tuning
+    rates: RateLaw | None = None
+    attitude_gain: Vector = (ATTITUDE_GAIN, ATTITUDE_GAIN, ATTITUDE_GAIN)
 
 
 def linear(airframe: LinearAirframe | None = None) -> Aircraft:

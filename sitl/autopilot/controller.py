@@ -1,5 +1,10 @@
-"""The baseline attitude controllers: PID (12) on each body rate and the quaternion attitude loop around it."""
+"""The baseline attitude controllers: PID (12) or matrices on body rates, and the quaternion attitude loop around."""
 
+from typing import Protocol
+
+import numpy as np
+
+from sitl.airframe.state_space import StateSpace, beside
 from sitl.attitude import ZERO, Vector
 from sitl.autopilot.tuning import RateGains
 
@@ -37,10 +42,72 @@ class RateController:
         self._integral = self._last = 0.0
 
 
-def rate_setpoint(attitude_error: Vector, gain: float = ATTITUDE_GAIN, ahead: Vector = ZERO) -> Vector:
+class RateLaw(Protocol):
+    """The rate controllers of all three axes: rate errors (r − y_n, rad/s) to torque within ±1, once per sample."""
+
+    def step(self, error: Vector) -> Vector:
+        """Torque about roll, pitch, yaw."""
+        ...
+
+    def reset(self) -> None:
+        """Forget everything, as on the ground."""
+        ...
+
+
+class Pids:
+    """Three `RateController`, roll, pitch, yaw."""
+
+    def __init__(self, gains: tuple[RateGains, RateGains, RateGains]) -> None:
+        self._roll, self._pitch, self._yaw = (RateController(each) for each in gains)
+
+    def step(self, error: Vector) -> Vector:
+        """See `RateLaw.step`."""
+        return self._roll.step(error[0]), self._pitch.step(error[1]), self._yaw.step(error[2])
+
+    def reset(self) -> None:
+        """See `RateLaw.reset`."""
+        for axis in (self._roll, self._pitch, self._yaw):
+            axis.reset()
+
+
+class MatrixLaw:
+    """u = C(z) (r − y_n) as matrices, one for each group of axes that belong together.
+
+    Below saturation it is C(z) exactly. A controller of any order has no integrator that could be clamped by itself,
+    so while an output is beyond ±1 and the error pushes it further out, the states of its group stand still.
+    """
+
+    def __init__(self, parts: list[tuple[tuple[int, ...], StateSpace]]) -> None:
+        c = beside(parts)
+        self._whole, self._n = np.block([[c.A, c.B], [c.C, c.D]]), len(c.A)
+        ends = np.cumsum([0] + [len(part.A) for _, part in parts]).tolist()
+        self._groups = [(axes, slice(*ends[k : k + 2])) for k, (axes, _) in enumerate(parts)]
+        self._inputs = np.zeros(self._n + 3)
+
+    def step(self, error: Vector) -> Vector:
+        """See `RateLaw.step`."""
+        n = self._n
+        self._inputs[n:] = error
+        ahead = self._whole @ self._inputs
+        roll, pitch, yaw = u = ahead[n:].tolist()
+        if min(u) >= -1.0 and max(u) <= 1.0:
+            self._inputs[:n] = ahead[:n]
+            return roll, pitch, yaw
+        for axes, states in self._groups:
+            if not any(abs(u[i]) > 1.0 and u[i] * error[i] > 0.0 for i in axes):
+                self._inputs[states] = ahead[states]
+        return max(-1.0, min(1.0, roll)), max(-1.0, min(1.0, pitch)), max(-1.0, min(1.0, yaw))
+
+    def reset(self) -> None:
+        """See `RateLaw.reset`."""
+        self._inputs[:] = 0.0
+
+
+def rate_setpoint(attitude_error: Vector, gain: Vector, ahead: Vector = ZERO) -> Vector:
     """Body rate, rad/s, that turns the attitude error back: −gain · e (paper, Fig. 4, the *Quaternion Linear* law).
 
-    `ahead` is the rate at which the attitude commanded turns, rad/s: fed forward, no error must ask for it.
+    `gain` is that of each axis, 1/s; `ahead` the rate at which the attitude commanded turns, rad/s: fed forward, no
+    error must ask for it.
     """
     e = attitude_error
-    return (ahead[0] - gain * e[0], ahead[1] - gain * e[1], ahead[2] - gain * e[2])
+    return (ahead[0] - gain[0] * e[0], ahead[1] - gain[1] * e[1], ahead[2] - gain[2] * e[2])

@@ -7,7 +7,7 @@ from sitl.airframe.protocol import Airframe
 from sitl.airframe.surroundings import Surroundings
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, attitude_error, down_component, multiply, turned_back
 from sitl.autopilot.aircraft import Aircraft
-from sitl.autopilot.controller import ATTITUDE_GAIN, RateController, rate_setpoint
+from sitl.autopilot.controller import Pids, rate_setpoint
 from sitl.autopilot.correction import CorrectionInput
 from sitl.autopilot.imu import Gyro
 from sitl.autopilot.position import AltitudeHold, PositionHold
@@ -58,9 +58,9 @@ class Vehicle:
     so what goes over the wire is exactly what the vehicle used.
     """
 
-    def __init__(self, aircraft: Aircraft, attitude_gain: float = ATTITUDE_GAIN) -> None:
+    def __init__(self, aircraft: Aircraft) -> None:
         self.airframe, self.mixer, tuning = aircraft.airframe, aircraft.mixer, aircraft.tuning
-        self.attitude_gain = attitude_gain
+        self.attitude_gain = aircraft.attitude_gain  # 1/s, roll pitch yaw
         self.attitude_command: Quaternion = LEVEL
         self.armed = False
         self.pulses_us = list(STICKS_US)
@@ -74,7 +74,7 @@ class Vehicle:
         self.now_us = START_US - DT_US
         self._hover_thrust = tuning.hover_thrust
         self._altitude = AltitudeHold(tuning)
-        self._axes = tuple(RateController(gains) for gains in tuning.rate)
+        self._rates = aircraft.rates or Pids(tuning.rate)
 
     @property
     def flying(self) -> bool:
@@ -109,7 +109,7 @@ class Vehicle:
         setpoint = rate_setpoint(error, self.attitude_gain, turning)
         thrust = self._thrust(frame)
         if frame.on_ground or not self.armed:
-            self._reset_controllers()
+            self._rates.reset()
             u_e, correction, setpoint = ZERO, ZERO, ZERO
         else:
             asked = self._torque(setpoint, gyro, correction)
@@ -137,12 +137,8 @@ class Vehicle:
 
     def _torque(self, setpoint: Vector, gyro: Vector, correction: Vector) -> Vector:
         """C (r − y_n) + correction, per axis: what the mixer is asked for."""
-        roll, pitch, yaw = self._axes
-        return (
-            roll.step(setpoint[0] - gyro[0]) + correction[0],
-            pitch.step(setpoint[1] - gyro[1]) + correction[1],
-            yaw.step(setpoint[2] - gyro[2]) + correction[2],
-        )
+        u = self._rates.step((setpoint[0] - gyro[0], setpoint[1] - gyro[1], setpoint[2] - gyro[2]))
+        return u[0] + correction[0], u[1] + correction[1], u[2] + correction[2]
 
     def _attitude_held(self, frame: Airframe) -> tuple[Quaternion, Vector]:
         """The attitude commanded, and the body rate at which position hold turns it."""
@@ -163,10 +159,6 @@ class Vehicle:
             return self._hover_thrust
         target = None if self.landing else self.target_altitude
         return self._altitude.step(target, frame.altitude, frame.climb, down_component(frame.attitude))
-
-    def _reset_controllers(self) -> None:
-        for axis in self._axes:
-            axis.reset()
 
 
 def _single(x: float, y: float, z: float) -> Vector:

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from sitl.campaign.pilot import Row
-from sitl.scenario.tables import AXES
+from sitl.constants import AXES
 
 COLOURS = ("#0072b2", "#d55e00", "#8a4f7d", "#e69f00", "#2b2b2b", "#5a9e6f")
 """Told apart by any eye: Okabe and Ito's set, purple and green darkened."""

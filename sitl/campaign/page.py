@@ -13,7 +13,7 @@ from sitl.campaign.pilot import Row
 from sitl.campaign.plan import Between, Values
 from sitl.campaign.store import replace
 from sitl.campaign.summary import summarize, varied
-from sitl.scenario.tables import AXES
+from sitl.constants import AXES
 
 _TEMPLATES = Environment(
     loader=PackageLoader("sitl.campaign"),

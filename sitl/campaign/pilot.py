@@ -14,7 +14,7 @@ from sitl.autopilot.aircraft import Aircraft, linear, tailsitter
 from sitl.autopilot.vehicle import START_US
 from sitl.campaign.onboard import Onboard
 from sitl.campaign.plan import Inputs
-from sitl.constants import DT
+from sitl.constants import AXES, DT
 from sitl.errors import FlightFailedError, SitlError
 from sitl.flight import Flight
 from sitl.log import ON_WINDOW
@@ -22,7 +22,6 @@ from sitl.result import summarize
 from sitl.scenario.checks import judge
 from sitl.scenario.script import Phase
 from sitl.scenario.spec import Scenario
-from sitl.scenario.tables import AXES
 from sitl.tailsitter.parameters import Parameters
 from sitl.weather.gusts import Wind
 

@@ -17,8 +17,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sitl.campaign.pilot import MEASURES, Row
+from sitl.constants import AXES
 from sitl.errors import InputError
-from sitl.scenario.tables import AXES
 
 MOST_PARTS = 64
 """So many parts are joined into one, that a long campaign does not drown its directory in files."""

@@ -9,7 +9,7 @@ import numpy as np
 from sitl.campaign.directory import Directory
 from sitl.campaign.pilot import Row
 from sitl.campaign.plan import Between, Campaign
-from sitl.scenario.tables import AXES
+from sitl.constants import AXES
 
 SHOWN = ("rms_ratio", "peak_ratio", "peak_on", "max_correction")
 """Measures of each axis whose distribution the summary gives."""

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitl.constants import DT_US
+from sitl.constants import AXES, DT_US
 from sitl.errors import ScenarioError
 from sitl.log import OFF_WINDOW, ON_WINDOW, STATES, Arrays
-from sitl.scenario.tables import AXES, Table
+from sitl.scenario.tables import Table
 
 Numbers = NDArray[np.float64]
 Bounds = tuple[float, ...] | None

@@ -10,7 +10,8 @@ from sitl.airframe.condition import Condition
 from sitl.attitude import LEVEL, ZERO, Quaternion, Vector, rotated_by_rate
 from sitl.autopilot.vehicle import Vehicle
 from sitl.channel import Channel, Quality
-from sitl.scenario.tables import AXES, Table
+from sitl.constants import AXES
+from sitl.scenario.tables import Table
 
 
 @dataclass(slots=True)

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sitl.attitude import Vector
+from sitl.constants import AXES
 from sitl.errors import ScenarioError
 from sitl.scenario.checks import Check, read_checks
 from sitl.scenario.events import Event, read_events
-from sitl.scenario.tables import AXES, Table, nearest, read
+from sitl.scenario.tables import Table, nearest, read
 from sitl.weather.gusts import Gust, Wind
 
 AIRFRAMES = ("linear", "tailsitter")
@@ -122,7 +123,7 @@ def _scenario(top: Table, name: str) -> Scenario:
         windows=parts,
         paper_ratio=_paper_ratio(ratio) if ratio else None,
         airframe=top.choice("airframe", AIRFRAMES, "linear"),
-        clock=_clock(clock) if clock else None,
+        clock=read_clock(clock) if clock else None,
         wind=_wind(wind, lead_s, length_s) if wind else None,
         events=read_events(top.tables("event"), lead_s, length_s),
         checks=read_checks(top.tables("check"), length_s),
@@ -159,7 +160,8 @@ def _pull(table: Table) -> Pull:
     return result
 
 
-def _clock(table: Table) -> Clock:
+def read_clock(table: Table) -> Clock:
+    """A table `clock`. Raises ScenarioError."""
     result = Clock(
         grid_us=table.whole("grid_us", 0, 20_000, 0),
         jitter_us=table.number("jitter_us", 0.0, 2_000.0, 0.0),

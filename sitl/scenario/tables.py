@@ -2,14 +2,15 @@
 
 import tomllib
 from difflib import get_close_matches
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from sitl.attitude import Vector
-from sitl.errors import InputError, ScenarioError
+import numpy as np
+from numpy.typing import NDArray
 
-AXES = ("roll", "pitch", "yaw")
+from sitl.attitude import Vector
+from sitl.constants import AXES
+from sitl.errors import InputError, ScenarioError
 
 
 def read(path: Path, error: type[InputError] = ScenarioError) -> dict[str, Any]:
@@ -71,7 +72,7 @@ class Table:
 
     def _number(self, key: str, value: Any, low: float, high: float) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not isfinite(value) or not low <= value <= high:
+        if not number or not low <= value <= high:  # nor what is not a number
             raise ScenarioError(f"{self.where(key)}: expected a number from {low:g} to {high:g}{self._instead(key)}")
         return float(value)
 
@@ -136,6 +137,37 @@ class Table:
         if not isinstance(value, list) or not all(isinstance(v, dict) for v in value):
             raise ScenarioError(f"{self.where(key)}: expected tables, each headed [[{key}]]")
         return [Table(self.file, f"{self._name}.{key}[{i}]".lstrip("."), v) for i, v in enumerate(value, 1)]
+
+    def items(self, key: str) -> list["Table"]:
+        """The tables of a list that must be there and hold one, counted from 0 in errors."""
+        value = self._take(key)
+        if not isinstance(value, list) or not value or not all(isinstance(v, dict) for v in value):
+            raise ScenarioError(f"{self.where(key)}: expected a list of objects{self._instead(key)}")
+        return [Table(self.file, f"{self._name}.{key}[{i}]".lstrip("."), v) for i, v in enumerate(value)]
+
+    def texts(self, key: str) -> list[str]:
+        """A list of texts that must be there."""
+        value = self._take(key)
+        if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
+            raise ScenarioError(f"{self.where(key)}: expected a list of texts{self._instead(key)}")
+        return value
+
+    def length(self, key: str) -> int:
+        """How many rows a matrix has that must be there; it stays to be read."""
+        value = self._left.get(key)
+        if not isinstance(value, list):
+            raise ScenarioError(f"{self.where(key)}: expected a matrix{self._instead(key)}")
+        return len(value)
+
+    def matrix(self, key: str, rows: int, columns: int) -> NDArray[np.float64]:
+        """A list of rows of numbers, (rows, columns); without rows or columns an empty list will do."""
+        self.length(key)
+        value = self._take(key)
+        if rows * columns == 0 and not any(value):
+            return np.zeros((rows, columns))
+        if len(value) != rows or not all(isinstance(row, list) and len(row) == columns for row in value):
+            raise ScenarioError(f"{self.where(key)}: expected a matrix of {rows} rows and {columns} columns")
+        return np.array([[self._number(key, v, -1e12, 1e12) for v in row] for row in value])
 
     def _instead(self, key: str) -> str:
         """A hint where a missing key stands in the file under a misspelt name."""

@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from sitl.console import program
+from sitl.constants import AXES
 from sitl.errors import InputError, SitlError
 from sitl.extras import remedy
-from sitl.scenario.tables import AXES
 from sitl.sweep.client import SweepClient
 from sitl.sweep.flight import given_link, started_vehicle, sweep
 from sitl.sweep.multisine import FLEXIBLE, Plan, excitation

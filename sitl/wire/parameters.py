@@ -25,6 +25,7 @@ class Parameter:
 class Parameters:
     """Parameter table of one vehicle. `takeoff_altitude` (m) is what a take-off without an altitude climbs to.
 
+    `SIM_ATT_P` is the attitude gain of roll, 1/s; a write sets all three axes.
     `MIS_TAKEOFF_ALT` has the name that MAVSDK asks for; `SYSID_THISMAV` the one that MAVProxy looks for.
     """
 
@@ -32,7 +33,7 @@ class Parameters:
         self.takeoff_altitude = takeoff_altitude
         rows = (
             Parameter("MIS_TAKEOFF_ALT", lambda: self.takeoff_altitude, 1.0, 100.0, self._set_takeoff_altitude),
-            Parameter("SIM_ATT_P", lambda: vehicle.attitude_gain, 0.5, 12.0, lambda v: _set_gain(vehicle, v)),
+            Parameter("SIM_ATT_P", lambda: vehicle.attitude_gain[0], 0.5, 12.0, lambda v: _set_gain(vehicle, v)),
             Parameter("SIM_RATE_HZ", lambda: 1e6 / DT_US),
             Parameter("SIM_SEED", lambda: float(seed)),
             Parameter("SYSID_THISMAV", lambda: float(SYSTEM)),
@@ -98,7 +99,7 @@ class Parameters:
 
 
 def _set_gain(vehicle: Vehicle, value: float) -> None:
-    vehicle.attitude_gain = value
+    vehicle.attitude_gain = (value, value, value)
 
 
 def _text(field: str | bytes) -> str:

@@ -25,8 +25,8 @@ from sitl.calibration import disturbance_scale
 from sitl.campaign.fleet import local
 from sitl.campaign.pilot import Job
 from sitl.campaign.plan import Inputs
+from sitl.constants import AXES
 from sitl.scenario.spec import load
-from sitl.scenario.tables import AXES
 from tests.scenarios.designs import EXAMPLES, SPECS
 
 DELAYS = (0, 1, 2, 3)

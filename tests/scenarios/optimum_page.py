@@ -4,8 +4,8 @@ from pathlib import Path
 from statistics import median
 
 from dob_companion.comparison.shortfall import LEAST_BACKOFF, Shortfall, Step
+from sitl.constants import AXES
 from sitl.scenario.spec import load
-from sitl.scenario.tables import AXES
 from tests.scenarios.optimum import DELAYS, DESIGNS, SCENARIOS, SEEDS, Case, Found
 
 PAGE = Path(__file__).parents[2] / "docs" / "optimum.md"

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from sitl.constants import AXES
 from sitl.scenario.spec import load
-from sitl.scenario.tables import AXES
 from tests.scenarios.wire import Flown
 
 PAGE = Path(__file__).parents[2] / "docs" / "scenario-results.md"

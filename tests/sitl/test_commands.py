@@ -120,7 +120,7 @@ def test_a_parameter_is_read_by_name_and_by_index(wire):
 def test_a_parameter_written_changes_the_vehicle_and_is_echoed(wire):
     echo = wire.ask(mavlink.MAVLink_param_set_message(1, 1, b"SIM_ATT_P", 5.0, 9))
     assert [m.param_value for m in echo] == [5.0]
-    assert wire.flight.vehicle.attitude_gain == 5.0
+    assert wire.flight.vehicle.attitude_gain == (5.0, 5.0, 5.0)
     wire.ask(mavlink.MAVLink_param_set_message(1, 1, b"MIS_TAKEOFF_ALT", 7.0, 9))
     wire.take_off()
     assert wire.flight.vehicle.target_altitude == 7.0
@@ -140,7 +140,7 @@ def test_a_bad_write_is_refused_and_changes_nothing(wire, name, value, error):
     answers = wire.ask(mavlink.MAVLink_param_set_message(1, 1, name, value, 9))
     assert answers[0].get_type() == "PARAM_ERROR"
     assert answers[0].error == error
-    assert wire.flight.vehicle.attitude_gain == 6.5
+    assert wire.flight.vehicle.attitude_gain == (6.5, 6.5, 6.5)
 
 
 @pytest.mark.parametrize(("name", "index"), [(b"NO_SUCH", -1), (b"", 99)])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sitl.airframe.linear import PITCH, ROLL, YAW
-from sitl.scenario.tables import AXES
+from sitl.constants import AXES
 from sitl.sweep.client import SweepClient
 from sitl.sweep.fit import response_of
 from sitl.sweep.identify import Identified, acceleration, identify, modes
