@@ -26,6 +26,9 @@ _STRAYS = 3
 _STRETCH, _STRETCH_S = 10, 0.5
 """So many samples, over so many seconds, make a stretch of a clock that began anew."""
 
+_EPOCH = 1 << 50
+"""µs: more than any clock reaches."""
+
 _HOLE = 4.0
 """A step longer than so many usual ones is a hole."""
 
@@ -77,6 +80,20 @@ def joined(parts: list[Series]) -> Series:
         np.concatenate([getattr(part, name) for part in parts]) for name in ("place", "time", "values")
     )
     return Series(place[order], time[order], values[order])
+
+
+def places_by_time(time: Floats) -> NDArray[np.int64]:
+    """Places for a file whose own order says nothing: by the stamps, clock after clock."""
+    sound = np.flatnonzero(np.isfinite(time) & ~strays(np.nan_to_num(time, nan=-1.0)))
+    epoch = np.zeros(len(time), np.int64)
+    for at in _restarts(time[sound]):
+        epoch[sound[at] :] += 1
+    reached = np.zeros(len(time))
+    for number in range(int(epoch[-1]) + 1 if len(epoch) else 0):
+        these = sound[epoch[sound] == number]
+        reached[these] = np.maximum.accumulate(time[these])
+    micros = np.round(1e6 * np.maximum(reached, 0.0)).astype(np.int64)
+    return np.maximum.accumulate(epoch * _EPOCH + micros)
 
 
 def spans(series: list[Series], witnesses: list[Series]) -> list[tuple[int, int]]:

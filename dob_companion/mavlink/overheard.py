@@ -75,7 +75,7 @@ def vehicle_in_words(kind: int) -> str:
     if kind in _WORDS or known is None:
         return _WORDS.get(kind, "")
     name: str = known.name.removeprefix("MAV_TYPE_").lower().replace("_", " ")
-    return name.replace("vtol", "VTOL")
+    return "VTOL" if name.startswith("vtol reserved") else name.replace("vtol", "VTOL")
 
 
 class Overhearing:
