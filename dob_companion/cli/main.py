@@ -59,9 +59,22 @@ def parser() -> argparse.ArgumentParser:
 
 def command_modules() -> tuple[ModuleType, ...]:
     """The commands, in the order of their help. Imported only now: Ctrl-C meanwhile is then met as it is later."""
-    from dob_companion.cli import compare, demo, design, doctor, inspect, param, replay, report, run, spec, status
+    from dob_companion.cli import (
+        compare,
+        demo,
+        design,
+        doctor,
+        excite,
+        inspect,
+        param,
+        replay,
+        report,
+        run,
+        spec,
+        status,
+    )
 
-    return demo, spec, design, inspect, compare, doctor, run, param, status, replay, report
+    return demo, spec, design, inspect, compare, doctor, excite, run, param, status, replay, report
 
 
 def _complain(text: str, code: int) -> int:

@@ -38,7 +38,7 @@ def add_parser(commands: Any) -> None:
         ("--motor-ms", "time constant of the motors, ms (0)"),
         ("--delay-ms", "delay from torque to rate, ms (0)"),
     ):
-        parser.add_argument(option, type=_by_axis, action="append", default=[], metavar="AXIS=N", help=what)
+        parser.add_argument(option, type=by_axis, action="append", default=[], metavar="AXIS=N", help=what)
     parser.add_argument("--delay", type=_samples, metavar="N", help="delay_samples of the link (measured, or 2)")
     parser.add_argument("--noise-rms", type=_positive, metavar="N", help="gyro noise in hover, rad/s (0.0005)")
     parser.set_defaults(run=run)
@@ -50,10 +50,10 @@ def run(args: argparse.Namespace) -> int:
     from dob_companion.files import read_text, write_text
 
     aircraft = Aircraft(
-        gains=_merged("--gain", args.gain, lambda x: x != 0.0, "a number that is not 0"),
-        poles=_merged("--pole", args.pole),
-        motors_s=_merged("--motor-ms", args.motor_ms, lambda x: x >= 0.0, "a number of 0 or more", 1e-3),
-        delays_s=_merged("--delay-ms", args.delay_ms, lambda x: 0.0 <= x <= 100.0, "a number from 0 to 100", 1e-3),
+        gains=merged("--gain", args.gain, lambda x: x != 0.0, "a number that is not 0"),
+        poles=merged("--pole", args.pole),
+        motors_s=merged("--motor-ms", args.motor_ms, lambda x: x >= 0.0, "a number of 0 or more", 1e-3),
+        delays_s=merged("--delay-ms", args.delay_ms, lambda x: 0.0 <= x <= 100.0, "a number from 0 to 100", 1e-3),
     )
     listening = None
     if args.params is not None:
@@ -134,7 +134,7 @@ def _delay(given: int | None, autopilot: "Autopilot", listening: "Listening | No
     return Sourced(samples, f"TIMESYNC round trip {1e3 * late:.1f} ms at 95 %, {least} at least for {autopilot.name}")
 
 
-def _merged(
+def merged(
     option: str,
     given: list[dict[str, float]],
     fits: Callable[[float], bool] = math.isfinite,
@@ -151,7 +151,7 @@ def _merged(
     return values
 
 
-def _by_axis(text: str) -> dict[str, float]:
+def by_axis(text: str) -> dict[str, float]:
     """roll=306,pitch=307, or a number for all axes."""
     values = {}
     for part in text.split(","):

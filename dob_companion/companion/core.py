@@ -1,4 +1,4 @@
-"""The companion: MAVLink around the disturbance observer loop, as a pure object with four verbs.
+"""The companion: MAVLink around a loop, the disturbance observer's or another, as a pure object with four verbs.
 
     receive(data, now)   bytes that have come in
     advance(now)         time has passed
@@ -11,11 +11,11 @@ correction runs on the vehicle's stamps (`dob`), so the companion behaves the sa
 
 from collections.abc import Callable
 
-from dob_companion import __version__
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.clocks import seconds
 from dob_companion.companion.config import CompanionConfig
-from dob_companion.companion.dob import LONGEST_CLOSING_S, DobLoop
+from dob_companion.companion.dob import LONGEST_CLOSING_S
+from dob_companion.companion.loop import Loop, Task, observing
 from dob_companion.companion.neighbours import Neighbours
 from dob_companion.companion.obeyed import Obeyed
 from dob_companion.companion.operator import Operator
@@ -58,19 +58,25 @@ TELEMETRY_EVERY = 5
 
 
 class Companion:
-    """One companion computer for one vehicle.
+    """One companion computer for one vehicle, for a design to be flown or another task.
 
     `datagrams` tells whether `receive` gets whole datagrams or pieces of a byte stream.
     """
 
     def __init__(
-        self, design: DobDesign, config: CompanionConfig | None = None, *, now: float = 0.0, datagrams: bool = True
+        self,
+        design: DobDesign | Task,
+        config: CompanionConfig | None = None,
+        *,
+        now: float = 0.0,
+        datagrams: bool = True,
     ) -> None:
         config = config or CompanionConfig()
+        task = design if isinstance(design, Task) else observing(design, config)
         self.newborn: Callable[[], Companion] = lambda: Companion(design, config, now=now, datagrams=datagrams)
         """Builds a companion as this one was before it had heard anything."""
-        self.parameters = Parameters(config.parameters, design.limit)
-        self.loop = DobLoop(design, self.parameters, config.regime, config.first_enabling)
+        self.parameters = Parameters(config.parameters, task.limit)
+        self.loop: Loop = task.loop(self.parameters)
         self.load = ComputerLoad()
         self.closed = False
         self._obeyed = Obeyed(config.system, config.profile, now)
@@ -79,13 +85,13 @@ class Companion:
         self._speaker = Speaker(self._carrier or self.profile.carrier)
         self._operator = Operator(self.parameters, self._speaker)
         self._new_streams: Callable[[], WantedStreams] = lambda: WantedStreams(
-            stream_requests(self.profile, design.dt, kill_switch=config.regime.kill_channel > 0)
+            stream_requests(self.profile, task.dt, kill_switch=config.regime.kill_channel > 0)
         )
         self._streams = self._new_streams()
         self._neighbours = Neighbours()
         self._waiting = Waiting()
-        self._zeros = Zeros(design.dt)
-        self._greeting = f"dob-companion {__version__} design {design.sha256[:8]}"
+        self._zeros = Zeros(task.dt)
+        self._greeting = task.greeting
         self._out = Outgoing()
         self._events: list[Event] = []
         self._next_heartbeat = now

@@ -7,7 +7,7 @@ about, may come twice where links are redundant, or never; so it only ends the w
 from dataclasses import dataclass
 
 from dob_companion.companion.samples import RESTART_US
-from dob_companion.mavlink import CommandAck, Input, StreamRequest
+from dob_companion.mavlink import CommandAck, Input, StreamRequest, Watched
 from dob_companion.supervisor.monitors import FULL_RATE
 
 RETRY_S = 1.0
@@ -106,7 +106,7 @@ class WantedStreams:
             stream.asked_at, stream.lacking, stream.told = now, False, False
         self._count_anew(now, 0.0)
 
-    def heard(self, what: Input, stamp_us: int | None = None) -> None:
+    def heard(self, what: Input | Watched, stamp_us: int | None = None) -> None:
         """A message has come; a stamp that is not newer than the newest is a copy, and no news."""
         stream = self._streams.get(what)
         if stream is None:

@@ -15,7 +15,7 @@ from dob_companion.supervisor import (
     Saturation,
 )
 
-_AIR = {
+AIR = {
     Landed.UNKNOWN: Air.UNKNOWN,
     Landed.ON_GROUND: Air.ON_GROUND,
     Landed.IN_AIR: Air.IN_AIR,
@@ -43,7 +43,7 @@ class Watch:
 
     def flight_state(self, state: FlightState, now: float) -> None:
         """In the air, on the ground, in forward flight; told at wall time `now`, s."""
-        self.regime.state(_AIR[state.landed], state.forward, now)
+        self.regime.state(AIR[state.landed], state.forward, now)
 
     def finished(self, inputs: Inputs, innovation: Axes3) -> None:
         """A finished grid interval and what was not foreseen of it, to be looked at when there is time."""

@@ -69,7 +69,7 @@ def _nothing(_make: str, _vehicle: str) -> tuple[str, ...]:
 
 
 class Listening:
-    """Waits up to `seconds` for an autopilot, asks for what it may deliver, and measures for `seconds`.
+    """Waits up to `patience` (`seconds`) for an autopilot, asks for what it may deliver, and measures for `seconds`.
 
     `profile` is the one asked for; the attribute is the one that the autopilot is judged by. `wanted` tells by make and
     kind of vehicle which of the autopilot's parameters are read.
@@ -88,6 +88,7 @@ class Listening:
         gate: SigningGate | None = None,
         profile: str = profiles.AUTO,
         wanted: Callable[[str, str], tuple[str, ...]] = _nothing,
+        patience: float | None = None,
     ) -> None:
         self.stage = Stage.WAITING
         self.presences: dict[Sender, Presence] = {}
@@ -114,7 +115,7 @@ class Listening:
         self._requests = StreamRequests(TRIES)
         self._wanted, self._reading = wanted, ParameterReading(())
         self._names: tuple[str, ...] = ()
-        self._until = now + seconds
+        self._until = now + (seconds if patience is None else patience)
         self._next_beat = now
         self._next_timesync = float("inf")
         self._gyro: GyroSample | None = None

@@ -2,7 +2,10 @@
 
 from dob_companion.mavlink.codec import AUTOPILOT, COMPANION, Codec, WireCounters
 from dob_companion.mavlink.facts import (
+    Altitude,
     AppliedMoment,
+    Attitude,
+    Battery,
     CommandAck,
     CommandForUs,
     CorrectionHeard,
@@ -19,6 +22,7 @@ from dob_companion.mavlink.facts import (
     Sender,
     TimesyncReply,
     TimesyncRequest,
+    Watched,
 )
 from dob_companion.mavlink.speaker import (
     CORRECTION_MESSAGES,
@@ -35,7 +39,10 @@ __all__ = [
     "AUTOPILOT",
     "COMPANION",
     "CORRECTION_MESSAGES",
+    "Altitude",
     "AppliedMoment",
+    "Attitude",
+    "Battery",
     "Codec",
     "CommandAck",
     "CommandForUs",
@@ -58,6 +65,7 @@ __all__ = [
     "StreamRequest",
     "TimesyncReply",
     "TimesyncRequest",
+    "Watched",
     "WireCounters",
     "is_correction",
     "stream_requests",

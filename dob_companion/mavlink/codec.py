@@ -158,6 +158,7 @@ def _heartbeat(_codec: Codec, m: Any) -> Fact | None:
         armed=bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED),
         status=m.system_status,
         simulated=bool(m.base_mode & mav.MAV_MODE_FLAG_HIL_ENABLED),
+        mode=m.custom_mode,
     )
 
 

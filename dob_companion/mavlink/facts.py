@@ -17,6 +17,14 @@ class Input(Enum):
     RC_CHANNELS = "RC channels"
 
 
+class Watched(Enum):
+    """What a limit needs of the vehicle besides, where it tells it."""
+
+    ATTITUDE = "attitude"
+    ALTITUDE = "altitude"
+    BATTERY = "battery"
+
+
 class Landed(Enum):
     """Whether the vehicle flies, as it says itself."""
 
@@ -61,7 +69,7 @@ class AppliedMoment:
 class Heartbeat:
     """Somebody is alive. `make` is that of a flight controller (`makes`), "" for anybody else; `status` the number of
     its state, which a profile's rule understands; `simulated` that its actuators are blocked and its clock is that of a
-    simulation (hardware in the loop)."""
+    simulation (hardware in the loop); `mode` the number of its flight mode, which differs from make to make."""
 
     system: int
     component: int
@@ -69,6 +77,7 @@ class Heartbeat:
     armed: bool
     status: int
     simulated: bool = False
+    mode: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +93,27 @@ class RcChannels:
     """Pulses of RC channels 1, 2, … in µs; 0 or 65535 where there is none."""
 
     pulses_us: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Attitude:
+    """Roll, pitch and yaw angles (z-y-x), rad; may be non-finite."""
+
+    angles: Axes3
+
+
+@dataclass(frozen=True, slots=True)
+class Altitude:
+    """Above the place of take-off, m."""
+
+    metres: float
+
+
+@dataclass(frozen=True, slots=True)
+class Battery:
+    """What is left of its charge, 0…1; NaN where the vehicle does not know."""
+
+    share: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +195,9 @@ Fact = (
     | Heartbeat
     | FlightState
     | RcChannels
+    | Attitude
+    | Altitude
+    | Battery
     | CorrectionHeard
     | ParamRead
     | ParamWrite

@@ -8,7 +8,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.mavlink.codec import AUTOPILOT, COMPANION, CORRECTION_GROUP, CORRECTION_NAME
-from dob_companion.mavlink.facts import CommandForUs, FileRequest, Input, Sender, TimesyncRequest
+from dob_companion.mavlink.facts import CommandForUs, FileRequest, Input, Sender, TimesyncRequest, Watched
 from dob_companion.mavlink.frame import write_frame
 from dob_companion.mavlink.ftp import refusal
 from dob_companion.mavlink.profiles import Profile
@@ -62,7 +62,7 @@ class StreamRequest:
     name: str
     message: int
     interval_us: int
-    brings: Input | None = None
+    brings: Input | Watched | None = None
     command: int = mav.MAV_CMD_SET_MESSAGE_INTERVAL
 
 

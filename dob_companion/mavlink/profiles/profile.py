@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from dob_companion.mavlink.facts import Fact, FlightState, Input, Landed
+from dob_companion.mavlink.facts import Fact, FlightState, Input, Landed, Watched
 
 Fields = tuple[Any, ...]
 """The fields of a message in the order of the wire, arrays laid out flat."""
@@ -25,7 +25,7 @@ class Stream:
 
     name: str
     message: int
-    brings: Input
+    brings: Input | Watched
     interval_us: int | None = None
 
 
@@ -45,11 +45,13 @@ class LandedRule:
     standing_by   HEARTBEAT.system_status that it never says in flight; another one proves nothing
     states        EXTENDED_SYS_STATE.landed_state to what it means; any other is unknown
     hover         EXTENDED_SYS_STATE.vtol_state in which a multicopter's model holds
+    failsafe      HEARTBEAT.system_status by which it says that it is in trouble
     """
 
     standing_by: frozenset[int]
     states: Mapping[int, Landed]
     hover: frozenset[int]
+    failsafe: frozenset[int] = frozenset()
 
     def read(self, fields: Fields) -> FlightState:
         """EXTENDED_SYS_STATE."""
@@ -95,7 +97,7 @@ class Profile:
         """Whether it is for an autopilot of this make."""
         return not self.makes or make in self.makes
 
-    def stream(self, what: Input) -> Stream:
+    def stream(self, what: Input | Watched) -> Stream:
         """The stream that brings this. Raises KeyError where none does."""
         for stream in self.streams:
             if stream.brings is what:

@@ -20,6 +20,7 @@ LANDED = LandedRule(
         mav.MAV_LANDED_STATE_LANDING: Landed.LANDING,
     },
     hover=frozenset({mav.MAV_VTOL_STATE_UNDEFINED, mav.MAV_VTOL_STATE_MC}),
+    failsafe=frozenset({mav.MAV_STATE_CRITICAL, mav.MAV_STATE_EMERGENCY, mav.MAV_STATE_FLIGHT_TERMINATION}),
 )
 
 
