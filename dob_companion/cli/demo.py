@@ -23,16 +23,18 @@ def add_parser(commands: Any) -> None:
         "demo",
         help="design, fly and switch an observer in one go",
         description="Design the paper's observer, fly it on a simulated tail-sitter over MAVLink, switch it on in "
-        "mid-flight, and compare; or fly another scenario with the observer tuned for its link, and its checks. "
+        "mid-flight, and compare; or fly another scenario with the observer tuned for its link, and its checks; or, "
+        "with --spec, an aircraft of your own: the plant that the spec names, under its controllers. "
         "Results go to DIR: design.json, result.json, report.html, flight.png, flight.npz.",
-        epilog="example: dob-companion demo --fast --scenario dryden -o /tmp/demo",
+        epilog="examples: dob-companion demo --fast --scenario dryden -o /tmp/demo;  "
+        "dob-companion demo --fast --spec examples/px4_sih.toml",
     )
     parser.add_argument("-o", "--out", type=Path, default=Path("dob-demo"), metavar="DIR", help="(%(default)s)")
     parser.add_argument("--scenario", default="paper", metavar="NAME", help="or a .toml file (%(default)s)")
     parser.add_argument("--delay", type=_delay, metavar="N", help="of the link, samples (1, or what --spec is for)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of disturbance and noise (%(default)s)")
     parser.add_argument("--fast", action="store_true", help="lockstep: as fast as the machine goes, repeatable")
-    parser.add_argument("--spec", type=Path, metavar="FILE", help="design spec for the tail-sitter (by scenario)")
+    parser.add_argument("--spec", type=Path, metavar="FILE", help="design spec of what to fly (by scenario)")
     parser.add_argument("--json", action="store_true", help="print result.json instead of the tables")
     parser.set_defaults(run=run)
 
@@ -47,9 +49,9 @@ def run(args: argparse.Namespace) -> int:
     signal.signal(signal.SIGTERM, _leave)
     if args.seed < 0:
         raise InputError(f"--seed is {args.seed}, expected 0 or more")
-    spec, delay = _spec(args)
+    spec, delay, kind = _spec(args)
     scenario = scenario_of(args.scenario)
-    demo = Demo(spec=spec, out=args.out, seed=args.seed, fast=args.fast, scenario=scenario.asked, delay=delay)
+    demo = Demo(spec=spec, out=args.out, seed=args.seed, fast=args.fast, scenario=scenario.asked, delay=delay, **kind)
     screen = screen_for(scenario.seconds)
     try:
         result, designed_delay = fly_demo(demo, screen)
@@ -69,19 +71,21 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _spec(args: argparse.Namespace) -> tuple[Path, int]:
-    """What to design, and the link's delay: one follows the other. Raises SpecError for another aircraft's spec."""
+def _spec(args: argparse.Namespace) -> tuple[Path, int, dict[str, bool]]:
+    """What to design, the link's delay (one follows the other), and what more `Demo` must know of the spec."""
     if args.spec is None:
         delay = args.delay or 1
         if delay not in TUNED:
             raise InputError(f"--delay is {delay}: tuned specs are for {_listed(TUNED)} samples; give one with --spec")
-        return packaged(PAPER if (args.scenario, delay) == ("paper", 1) else TUNED[delay]), delay
-    from dob_companion.demo.vehicle import require_tailsitter
+        return packaged(PAPER if (args.scenario, delay) == ("paper", 1) else TUNED[delay]), delay, {}
+    from dob_companion.demo.vehicle import is_tailsitter, require_rate
     from dob_companion.synthesis import parse_spec
 
     spec = parse_spec(read_text(args.spec), str(args.spec), reader_beside(args.spec))
-    require_tailsitter(spec, parse_spec(read_text(packaged(PAPER)), PAPER))
-    return args.spec, args.delay or max(1, spec.delay_samples)
+    require_rate(spec)
+    own = not is_tailsitter(spec, parse_spec(read_text(packaged(PAPER)), PAPER))
+    unweighted = any(block.disturbance is None for block in spec.blocks)
+    return args.spec, args.delay or max(1, spec.delay_samples), {"auto": unweighted, "own": own}
 
 
 def _listed(numbers: Any) -> str:
