@@ -1,5 +1,6 @@
 """What other programs wrote down of a flight, each kind of file read into one `identification.record.Record`."""
 
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
@@ -26,6 +27,7 @@ _KINDS: tuple[tuple[Callable[[bytes], bool], Callable[[Path], tuple[Record, ...]
     (looks_text, read_text),
     (looks_like_csv, read_csv),
 )
+_READ = ("a PX4 log", "an ArduPilot log", "a telemetry log")
 _EXPECTED = "a PX4 .ulg, an ArduPilot .bin or .log, a .tlog, a .dobtrace, or a table as .csv or .npz"
 
 
@@ -43,6 +45,8 @@ def read_log(path: Path) -> tuple[Record, ...]:
     for looks_like, read in _KINDS:
         if looks_like(begin):
             return _one_line(read, path)
+    if kind in _READ:
+        raise LogError(f"{path}: seems to be {kind}, but does not begin as one")
     raise LogError(f"{path}: {kind or 'of no known kind'}, expected {_EXPECTED}")
 
 
@@ -53,3 +57,6 @@ def _one_line(read: Callable[[Path], tuple[Record, ...]], path: Path) -> tuple[R
     except InputError as problem:
         words = " ".join(str(problem).split())
         raise type(problem)(words if words.startswith(str(path)) else f"{path}: {words}") from None
+    except (ArithmeticError, LookupError, ValueError, TypeError, struct.error, MemoryError) as problem:
+        words = " ".join(str(problem).split())
+        raise LogError(f"{path}: damaged in a way that no reader knows: {type(problem).__name__}: {words}") from None

@@ -13,8 +13,8 @@ from dob_companion.logs import mixer
 from dob_companion.logs.ardupilot_units import rate_scale, torque_scale
 from dob_companion.logs.choose import Source, chosen
 from dob_companion.logs.columns import Table
-from dob_companion.logs.dataflash import BinaryLog, DataFlash, TextLog
-from dob_companion.logs.found import Found, Setting, records
+from dob_companion.logs.dataflash import BinaryLog, DataFlash, TextLog, pieces
+from dob_companion.logs.found import Found, Setting, of_each, records
 from dob_companion.logs.series import Series, joined
 from dob_companion.mavlink.makes import ARDUPILOT
 
@@ -51,8 +51,8 @@ _LIMITED = 1
 
 
 def read_bin(path: Path) -> tuple[Record, ...]:
-    """A binary log. Raises LogError, one line."""
-    return _records(BinaryLog(read_bytes(path)), str(path))
+    """A binary log, or several in one file. Raises LogError, one line."""
+    return of_each(pieces(read_bytes(path)), lambda data: _records(BinaryLog(data), str(path)), str(path))
 
 
 def read_text(path: Path) -> tuple[Record, ...]:

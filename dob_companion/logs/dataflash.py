@@ -19,6 +19,12 @@ from dob_companion.logs.columns import Table
 HEAD = b"\xa3\x95"
 _FMT, _FMT_SIZE = 128, 89
 
+_FIRST = HEAD + bytes((_FMT, _FMT, _FMT_SIZE)) + b"FMT\0"
+"""The FMT that declares FMT: with it a log begins."""
+
+_BEGINNING = 1 << 15
+"""Bytes in which a log declares its messages; it may do so twice."""
+
 _TYPES = {
     "a": "(32,)<i2", "b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "f": "<f4", "d": "<f8",
     "n": "S4", "N": "S16", "Z": "S64", "c": "<i2", "C": "<u2", "e": "<i4", "E": "<u4", "L": "<i4", "M": "u1",
@@ -26,6 +32,16 @@ _TYPES = {
 }  # fmt: skip
 _SCALES = {"c": 0.01, "C": 0.01, "e": 0.01, "E": 0.01, "L": 1e-7}
 _WORD = re.compile(r"[A-Za-z0-9_]+")
+
+
+def pieces(data: bytes) -> Iterator[bytes]:
+    """The logs in a file, one after the other."""
+    begins = [0]
+    for match in re.finditer(re.escape(_FIRST), data):
+        if match.start() - begins[-1] > _BEGINNING:
+            begins.append(match.start())
+    for begin, end in zip(begins, [*begins[1:], len(data)], strict=True):
+        yield data[begin:end]
 
 
 class DataFlash(Protocol):
@@ -53,7 +69,7 @@ class Format(NamedTuple):
 
 def looks_binary(begin: bytes) -> bool:
     """Whether these first bytes may be a binary log's: a message, or somewhere the FMT that declares FMT."""
-    return begin.startswith(HEAD) or HEAD + bytes((_FMT, _FMT, _FMT_SIZE)) + b"FMT\0" in begin
+    return begin.startswith(HEAD) or _FIRST in begin
 
 
 def looks_text(begin: bytes) -> bool:
@@ -93,7 +109,8 @@ class BinaryLog:
             values = rows[column]
             if values.dtype.kind not in "iuf" or values.ndim != 1:
                 raise KeyError(column)
-            return np.asarray(values.astype(np.float64) * _SCALES.get(kinds[column], 1.0))
+            with np.errstate(invalid="ignore"):  # not a number, of the signalling kind
+                return np.asarray(values.astype(np.float64) * _SCALES.get(kinds[column], 1.0))
 
         def texts(column: str) -> list[str]:
             return [value.split(b"\0")[0].decode("latin-1") for value in rows[column].tolist()]
@@ -109,11 +126,8 @@ class BinaryLog:
         found: dict[int, Format] = {}
         for at in places.tolist():
             declared = _format_in(data[at : at + _FMT_SIZE])
-            if declared is None:
-                continue
-            number = data[at + 3]
-            if found.setdefault(number, declared) != declared:
-                raise LogError(f"{declared.name} is declared twice and differently: two logs joined, expected one")
+            if declared is not None and found.setdefault(data[at + 3], declared) != declared:
+                self.remarks.append(f"{declared.name} is declared twice and differently: what was declared first holds")
         return found
 
     def _chain(self, begins: NDArray[np.int64]) -> NDArray[np.int64]:

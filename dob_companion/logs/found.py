@@ -1,6 +1,6 @@
 """What a reader found in a file, and the records that this makes."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -60,6 +60,26 @@ def records(found: Found) -> tuple[Record, ...]:
             f"moments, expected {_FEWEST} of each on one clock"
         )
     return tuple(replace(record, remarks=record.remarks + tuple(short)) for record in made)
+
+
+def of_each(logs: Iterable[bytes], read: Callable[[bytes], tuple[Record, ...]], source: str) -> tuple[Record, ...]:
+    """The records of all logs in one file. Raises LogError, one line, when none of them holds any."""
+    made: list[Record] = []
+    refused: list[str] = []
+    several = list(logs)
+    for number, log in enumerate(several, start=1):
+        which = f"log {number} of {len(several)} in the file"
+        try:
+            found = read(log)
+        except LogError as problem:
+            words = str(problem).removeprefix(f"{source}: ")
+            refused.append(f"{which}: {words}" if len(several) > 1 else words)
+        else:
+            made += [replace(r, remarks=(which, *r.remarks)) for r in found] if len(several) > 1 else found
+    if not made:
+        raise LogError(f"{source}: {'; '.join(refused)}")
+    left_out = tuple(f"left out: {words}" for words in refused)
+    return tuple(replace(record, remarks=record.remarks + left_out) for record in made)
 
 
 def _record(found: Found, begin: int, end: int) -> Record:

@@ -63,8 +63,9 @@ def ardupilot_outputs(parameters: Mapping[str, float], motors: int) -> list[int]
 
 
 def ardupilot_thrust(pulses_us: Floats, parameters: Mapping[str, float]) -> Floats:
-    """Thrust of each motor, 0…1, from its pulse in µs."""
-    low, high = parameters.get("MOT_PWM_MIN", 1000.0) or 1000.0, parameters.get("MOT_PWM_MAX", 2000.0) or 2000.0
+    """Thrust of each motor, 0…1, from its pulse in µs. A range of 0 stands for that of the throttle stick."""
+    low = parameters.get("MOT_PWM_MIN", 1000.0) or parameters.get("RC3_MIN", 1000.0)
+    high = parameters.get("MOT_PWM_MAX", 2000.0) or parameters.get("RC3_MAX", 2000.0)
     spin_low, spin_high = parameters.get("MOT_SPIN_MIN", 0.15), parameters.get("MOT_SPIN_MAX", 0.95)
     expo = parameters.get("MOT_THST_EXPO", 0.65)
     throttle = ((pulses_us - low) / max(high - low, 1.0) - spin_low) / max(spin_high - spin_low, 1e-3)

@@ -12,7 +12,7 @@ from dob_companion.identification.record import Floats, Record
 from dob_companion.logs import mixer
 from dob_companion.logs.choose import Source, chosen
 from dob_companion.logs.columns import Table
-from dob_companion.logs.found import Found, records
+from dob_companion.logs.found import Found, of_each, records
 from dob_companion.logs.series import Series
 from dob_companion.logs.ulog import MAGIC, ULog, pieces
 from dob_companion.mavlink.makes import PX4
@@ -39,18 +39,7 @@ def looks_like_ulog(begin: bytes) -> bool:
 
 def read_ulog(path: Path) -> tuple[Record, ...]:
     """The records of the log, or of several in one file. Raises LogError, one line."""
-    found: list[Record] = []
-    refused: list[str] = []
-    for number, (_, data) in enumerate(pieces(read_bytes(path)), start=1):
-        try:
-            found += _records(ULog(data), str(path))
-        except LogError as problem:
-            words = str(problem).removeprefix(f"{path}: ")
-            refused.append(words if number == 1 else f"log {number} in the file: {words}")
-    if not found:
-        raise LogError(f"{path}: {'; '.join(refused)}")
-    left_out = tuple(f"left out: {words}" for words in refused)
-    return tuple(replace(record, remarks=record.remarks + left_out) for record in found)
+    return of_each(pieces(read_bytes(path)), lambda data: _records(ULog(data), str(path)), str(path))
 
 
 def _records(log: ULog, source: str) -> tuple[Record, ...]:

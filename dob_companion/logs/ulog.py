@@ -33,11 +33,11 @@ _DEEPEST = 8
 _APPENDED = 1
 
 
-def pieces(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """The logs in a file, one after the other, and where each begins."""
+def pieces(data: bytes) -> Iterator[bytes]:
+    """The logs in a file, one after the other."""
     begins = [match.start() for match in re.finditer(re.escape(MAGIC), data)]
     for begin, end in zip(begins, [*begins[1:], len(data)], strict=True):
-        yield begin, data[begin:end]
+        yield data[begin:end]
 
 
 @dataclass(slots=True)
@@ -91,7 +91,8 @@ class ULog:
         def numbers(column: str) -> Floats:
             indexed = _INDEXED.fullmatch(column)
             values = rows[indexed[1]][:, int(indexed[2])] if indexed else rows[column]
-            return np.asarray(values.astype(np.float64))
+            with np.errstate(invalid="ignore"):  # not a number, of the signalling kind
+                return np.asarray(values.astype(np.float64))
 
         def texts(column: str) -> list[str]:
             raise KeyError(column)
