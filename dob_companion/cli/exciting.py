@@ -116,9 +116,7 @@ class Exciting:
                 f"{self.link}: no autopilot was heard within {self.timeout_s:g} s "
                 f"(dob-companion doctor --link {self.link} tells more)"
             )
-        others = {who for who in listening.presences if who.component == COMPANION and who.system == listening.system}
-        if others := others | listening.correctors:
-            who = ", ".join(sorted(f"{other.system}/{other.component}" for other in others))
+        if who := ", ".join(companions_heard(listening)):
             raise RefusedError(
                 f"{self.link}: another companion is on the link ({who}); expected none: stop `dob-companion run` first"
             )
@@ -173,6 +171,12 @@ class Exciting:
             "parameters": heard.parameters,
         }
         return json.dumps(content, indent=1) + "\n"
+
+
+def companions_heard(listening: Listening) -> list[str]:
+    """Who corrects, or may: another companion of the same vehicle, and whose corrections were heard."""
+    alike = {who for who in listening.presences if who.component == COMPANION and who.system == listening.system}
+    return sorted(f"{other.system}/{other.component}" for other in alike | listening.correctors)
 
 
 class _Shown(Witness):

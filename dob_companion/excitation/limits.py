@@ -51,6 +51,8 @@ class Guard:
         self._limits = limits
         self._since: float | None = None
         self._vehicle_s = 0.0
+        self.rate = 0.0
+        """Largest body rate now, rad/s, of any axis."""
         self._recent: deque[Axes3] = deque(maxlen=RATES_MEANT)
         self._told = {what: Told() for what in Watched}
         self._heard: set[Watched] = set()
@@ -67,7 +69,12 @@ class Guard:
 
     def rates(self, rates: Axes3) -> None:
         """Body rates of one sample, rad/s, finite."""
-        self._recent.append(rates)
+        recent = self._recent
+        recent.append(rates)
+        roll = pitch = yaw = 0.0
+        for one in recent:
+            roll, pitch, yaw = roll + one[0], pitch + one[1], yaw + one[2]
+        self.rate = max(abs(roll), abs(pitch), abs(yaw)) / len(recent)
 
     def attitude(self, angles: Axes3, now: float) -> None:
         """Roll, pitch, yaw, rad. What is not finite tells nothing."""
@@ -95,14 +102,6 @@ class Guard:
     def begin(self) -> None:
         """It begins here, in this flight mode."""
         self._began_at = self._altitude, self._mode
-
-    @property
-    def rate(self) -> float:
-        """Largest body rate now, rad/s, of any axis."""
-        if not self._recent:
-            return 0.0
-        roll, pitch, yaw = (abs(sum(axis)) / len(self._recent) for axis in zip(*self._recent, strict=True))
-        return float(max(roll, pitch, yaw))
 
     def listening(self, now: float) -> bool:
         """Whether something that would be limited may still be heard for the first time."""

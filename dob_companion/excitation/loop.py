@@ -321,6 +321,7 @@ class ExcitationLoop:
         self.shaper.drop()
         self.samples.spoil()
         self._settled, self._data_why = 0, why
+        self._end(Reason(why))
 
     def _end(self, reason: Reason) -> None:
         """What ends it once it has begun, and is waited for before."""
