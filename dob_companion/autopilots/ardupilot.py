@@ -71,6 +71,8 @@ def _loop(parameters: Parameters, axis: str, prefix: str) -> RateLoop:
         about_controller=tuple(about),
         filters=filters,
         about_filters=about_filters,
+        gyro=filters,
+        about_gyro=about_filters,
         remarks=(
             *remarks,
             *nonzero(parameters, (name("FF"), name("D_FF"), name("FLTT")), "on the command only, no part of C"),

@@ -13,6 +13,7 @@ class RateLoop:
 
     controller   C(s) of u = C (r - y), from the streamed rate in rad/s to normalized torque
     filters      between the aircraft's rate and the streamed one, 1 at low frequency
+    gyro         what the rate controller sees the aircraft's rate through, in the stream or not
     late_s       how late the streamed rate is besides, s
     remarks      what these parameters do that no linear model holds
     """
@@ -21,6 +22,8 @@ class RateLoop:
     about_controller: tuple[str, ...]
     filters: Transfer = NOTHING
     about_filters: tuple[str, ...] = ()
+    gyro: Transfer = NOTHING
+    about_gyro: tuple[str, ...] = ()
     late_s: float = 0.0
     remarks: tuple[str, ...] = ()
 

@@ -40,6 +40,8 @@ def _loop(parameters: Parameters, axis: str) -> RateLoop:
         controller=controller,
         about_controller=tuple(about),
         about_filters=(f"{parameters.said(STREAM_RATE)} Hz: a mean over one interval is half of it late; no filter",),
+        gyro=filters,
+        about_gyro=tuple(about_filters),
         late_s=0.5 / rate,
         remarks=(
             *nonzero(parameters, (own + "FF",), "on the command only, no part of C"),

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -25,15 +26,22 @@ def held_response(
 
     Raises ValueError for a plant that is not strictly proper or a negative delay.
     """
-    poles, residues = _simple(num, den)
+    top, lead, poles = _factors(num, den)
+    return held_by_poles(top, lead, poles, delay_s, dt, frequency)
+
+
+def held_by_poles(
+    top: Sequence[float] | Floats, lead: float, poles: Complexes, delay_s: float, dt: float, frequency: Floats
+) -> Complexes:
+    """`held_response` of top / (lead prod (s - pole)), which must be strictly proper."""
     if delay_s < 0.0:
         raise ValueError(f"delay {delay_s:g} s; expected 0 or more")
+    poles, residues = _simple(top, lead, poles)
     whole, part = _split(delay_s, dt)
     z = np.exp(1j * np.asarray(frequency, float) * dt)
     old, new = _grown(poles, dt), _grown(poles, dt - part)
-    total = np.zeros(z.shape, complex)
-    for p, r, b, b_new in zip(poles, residues, old, new, strict=True):
-        total += r * (b_new + (b - b_new) / z) / (z - np.exp(p * dt))
+    at = z[..., None]
+    total = np.sum(residues * (new + (old - new) / at) / (at - np.exp(poles * dt)), axis=-1)
     return np.asarray(total * z**-whole)
 
 
@@ -50,16 +58,37 @@ def _grown(poles: Complexes, time: float) -> Complexes:
     return np.where(small, time, np.expm1(safe * time) / safe)
 
 
-def _simple(num: Sequence[float], den: Sequence[float]) -> tuple[Complexes, Complexes]:
-    """Poles, none twice, and their residues."""
+def _factors(num: Sequence[float], den: Sequence[float]) -> tuple[Floats, float, Complexes]:
     top, bottom = np.trim_zeros(np.asarray(num, float), "f"), np.trim_zeros(np.asarray(den, float), "f")
     if len(top) >= len(bottom):
         raise ValueError(f"degree {len(top) - 1} over {len(bottom) - 1}; expected a plant that is strictly proper")
-    poles = np.sort_complex(np.roots(bottom))
-    for k in range(1, len(poles)):
-        near = np.abs(poles[:k] - poles[k]) < APART * (1.0 + np.abs(poles[k]))
-        poles[k] += 2.0 * APART * (1.0 + np.abs(poles[k])) * np.count_nonzero(near)
+    return top, float(bottom[0]), np.asarray(np.roots(bottom), complex)
+
+
+def _simple(top: Sequence[float] | Floats, lead: float, poles: Complexes) -> tuple[Complexes, Complexes]:
+    """Poles, none twice, and their residues."""
+    poles = np.sort_complex(poles)
+    near = np.abs(poles[:, None] - poles[None, :]) < APART * (1.0 + np.abs(poles))
+    poles = poles + 2.0 * APART * (1.0 + np.abs(poles)) * np.sum(np.tril(near, -1), axis=1)
     others = poles[:, None] - poles[None, :]
     np.fill_diagonal(others, 1.0)
-    residues = np.polyval(top, poles) / (bottom[0] * np.prod(others, axis=1))
-    return np.asarray(poles, complex), np.asarray(residues, complex)
+    value = np.zeros(len(poles), complex)
+    for coefficient in top:
+        value = value * poles + coefficient
+    return poles, value / (lead * np.prod(others, axis=1))
+
+
+def held_filter(num: Sequence[float], den: Sequence[float], delay_s: float, dt: float, u: Floats) -> Floats:
+    """What the plant of `held_response` answers to u, shape (n, channels), from rest."""
+    poles, residues = _simple(*_factors(num, den))
+    whole, part = _split(delay_s, dt)
+    old, new = _grown(poles, dt), _grown(poles, dt - part)
+    y = np.zeros(u.shape)
+    for p, r, b, b_new in zip(poles, residues, old, new, strict=True):
+        if p.imag < -1e-12:
+            continue  # the other of its pair answers for both
+        answer = lfilter([0.0, r * b_new, r * (b - b_new)], [1.0, -np.exp(p * dt)], u, axis=0)
+        y += answer.real * (2.0 if p.imag > 1e-12 else 1.0)
+    late = np.zeros_like(y)
+    late[whole:] = y[: len(y) - whole]
+    return late

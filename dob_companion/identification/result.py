@@ -32,11 +32,12 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A stretch of the record, s on its clock. `why` says why it was left out; "" where it was used."""
+    """A stretch of the record, s on its clock. `why` says why it was left out; "" where it was used, for `axes`."""
 
     begin: float
     end: float
     why: str = ""
+    axes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,14 +45,14 @@ class Response:
     """A frequency response over n frequencies, estimated in closed loop, as the record shows it.
 
     frequency     rad/s, rising, shape (n,)
-    value         rate per normalized torque, rad/s; at `rate_hz`, the torque held between samples
+    value         rate per normalized torque, rad/s, the torque held between samples of `rate_hz`
     deviation     standard deviation of the complex value, sqrt(E |error|²)
     band          radius of the disk around the value that holds the true one at 95 %, each frequency by itself
     coherence_u   squared coherence of instrument and torque
     coherence_y   squared coherence of instrument and rate
     averages      independent averages behind each value
     direct        S_yu / S_uu, which wind and noise draw towards -1/C: for comparison only
-    inverse_controller   -1/C of the autopilot's loops by its parameters; None where they are not known
+    inverse_controller   -1/C of the autopilot's rate and attitude loop by its parameters; None where not known
     instrument    "injected", "attitude setpoint" or "rate setpoint"
     axes          those that were estimated together, this one first
     """
@@ -189,7 +190,7 @@ class Identification:
     """All axes of a record.
 
     axes        by name, in the order asked for
-    rate_hz     of the grid on which it was identified: the design's rate, unless the record bears more
+    rate_hz     the design's, as asked for; models are continuous, the remarks say on which grid they were found
     source      of the record
     segments    what of the record was used, and what not and why, in order of time
     remarks     one line each, those of the record's reader first

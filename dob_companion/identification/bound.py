@@ -1,0 +1,91 @@
+"""|G_true / G - 1| at most, over frequency, jointly at 95 %: what a robust design takes.
+
+In the band it follows from the data: what they leave of the model's misfit over half an octave to either side, plus its
+uncertainty, and single frequencies that differ by more than noise makes them. Below the band the model's parameters
+rule, above it nothing is known: the bound rises there, with the square of frequency, beyond 1.
+"""
+
+import numpy as np
+from scipy.stats import chi2
+from scipy.stats import f as f_distribution
+
+from dob_companion.identification.fit import Data, Fit, Spread
+from dob_companion.identification.result import Bound, Floats
+
+LEAST = 0.02
+ABOVE = 0.25
+"""At least, just above the band."""
+MOST, MOST_BELOW = 3.0, 0.9
+"""Far above the band; below it: there a rigid body has nothing to hide but its slow pole."""
+NEAR = 0.5
+"""Octaves to either side over which the misfit is averaged."""
+KNOTS = 10
+JOINTLY = 0.05
+
+
+def bound(chosen: Fit, richest: Fit, spread: Spread, averages: Floats, between: float) -> Bound:
+    """Of the chosen model. `between`: relative standard deviation of the gain from segment to segment."""
+    data = chosen.data
+    hertz = data.frequency / (2.0 * np.pi)
+    known = _measured(chosen, averages, max(1.0, richest.chi2)) + 2.0 * between
+    top = 0.5 / data.dt
+    low, high = float(hertz[0]), float(hertz[-1])
+    below = np.geomspace(low / 30.0, low, 9)[:-1]
+    inside = np.geomspace(low, high, KNOTS)
+    above = high * np.sqrt(2.0) ** np.arange(1, 9)
+    above = above[above < top]
+    knots = np.concatenate([[0.0], below, inside, above])
+    fine = np.unique(np.concatenate([np.geomspace(low / 30.0, low, 40), hertz, inside]))
+    wanted = np.interp(fine, hertz, known)
+    under = fine < low
+    wanted[under] = np.clip(_by_parameters(chosen, richest, spread, fine[under]), known[0], MOST_BELOW)
+    values = []
+    for k, knot in enumerate(knots):
+        if knot > high:
+            values.append(min(MOST, max(ABOVE, known[-1]) * (knot / high) ** 2))
+            continue
+        left, right = knots[max(0, k - 1)], knots[min(k + 1, len(knots) - 1)]
+        about = (fine >= left) & (fine <= min(right, high))
+        values.append(max(float(np.max(wanted[about], initial=LEAST)), float(np.interp(knot, fine, wanted))))
+    at_high = len(values) - len(above) - 1
+    values[at_high] = max(values[at_high], ABOVE)
+    return Bound(tuple(_rounded(knots)), tuple(_rounded(np.array(values) * 1.0005)), (low, high))
+
+
+def _rounded(values: Floats) -> list[float]:
+    return [float(f"{value:.4g}") for value in values]
+
+
+def _measured(chosen: Fit, averages: Floats, scatter: float) -> Floats:
+    """At each frequency of the data."""
+    data: Data = chosen.data
+    model = chosen.gain * data.model(chosen.parameters)
+    off, noise = data.value / model - 1.0, data.deviation / np.abs(model) * np.sqrt(scatter)
+    octaves = np.log2(data.frequency)
+    near = np.abs(octaves[:, None] - octaves[None, :]) <= NEAR
+    weight = near / noise**2
+    total = weight.sum(axis=1)
+    freedom = 2.0 * np.maximum(averages - 2.0, 1.0)
+    regions = max(2.0, (octaves[-1] - octaves[0]) / NEAR)
+    local = np.sqrt(f_distribution.ppf(1.0 - JOINTLY / regions, 2.0, freedom * near.sum(axis=1)))
+    single = np.sqrt(f_distribution.ppf(1.0 - JOINTLY / len(off), 2.0, freedom))
+    smooth = np.abs(np.sum(weight * off, axis=1)) / total + local / np.sqrt(total)
+    odd = np.where(np.abs(off) > single * noise, np.abs(off) + noise, 0.0)
+    return np.asarray(np.clip(np.maximum(smooth, odd), LEAST, MOST))
+
+
+def _by_parameters(chosen: Fit, richest: Fit, spread: Spread, hertz: Floats) -> Floats:
+    """Largest of many models inside the joint region of the richest structure's parameters."""
+    rng = np.random.default_rng(0)
+    count = len(spread.covariance)
+    directions = rng.standard_normal((200, count))
+    used = int(np.count_nonzero(np.diag(spread.covariance)))
+    directions *= np.sqrt(chi2.ppf(1.0 - JOINTLY, used)) / np.linalg.norm(directions, axis=1, keepdims=True)
+    values, vectors = np.linalg.eigh(spread.covariance)
+    moves = directions @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    w = 2.0 * np.pi * hertz
+    # Far below all lags and delays only gain and slow pole count.
+    nominal = chosen.gain / (1j * w + chosen.parameters[0])
+    pole = np.maximum(richest.parameters[0] + moves[:, 1:2], 0.0)
+    there = richest.gain * (1.0 + moves[:, :1]) / (1j * w + pole)
+    return np.asarray(np.max(np.abs(there / nominal - 1.0), axis=0))

@@ -1,0 +1,74 @@
+"""Whether what was estimated is the aircraft, and not its controller, an echo of its output, or another axis."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dob_companion.artifact import AXES
+from dob_companion.autopilots.transfer import Transfer
+from dob_companion.identification.result import Complexes, Floats
+from dob_companion.identification.spectra import Level
+
+CONTROLLER = 0.3
+"""|1 + G C| of no loop that flies is this small, relative to the larger of 1 and |G C|, over half of its band."""
+LATE_S = (-0.005, 0.0, 0.005, 0.01, 0.015, 0.02, 0.03)
+"""Between gyro and moment, of a controller that is recognized."""
+LOOK_S = 1.0
+BACKWARDS = 0.5
+"""Share of what an input seems to do to the output that may come before it."""
+SWAPPED = 3.0
+"""Another axis answers when its coherence is this many times the own one's, and at least CLEAR."""
+CLEAR = 0.3
+
+
+def is_controller(frequency: Floats, value: Complexes, controllers: Sequence[Transfer]) -> bool:
+    """Whether a response rate per torque is -1/C of one of these."""
+    s = 1j * frequency
+    for controller in controllers:
+        loop = value * np.polyval(controller.num, s) / np.polyval(controller.den, s)
+        for late in LATE_S:
+            off = np.abs(1.0 + loop * np.exp(-s * late)) / np.maximum(1.0, np.abs(loop))
+            if float(np.median(off)) < CONTROLLER:
+                return True
+    return False
+
+
+def follows_output(stretches: Sequence[tuple[Floats, Floats]], dt: float) -> bool:
+    """Whether an instrument answers to the output rather than moves it: then what it seems to do comes before it.
+    Stretches of output and instrument, shape (n,).
+
+    The two-sided impulse response from instrument to output of a cause has no part at negative times (C. Sims, "Money,
+    income, and causality", American Economic Review 62 (1972)).
+    """
+    size = 4 * round(LOOK_S / dt)
+    window = np.hanning(size)
+    cross, power = np.zeros(size // 2 + 1, complex), np.zeros(size // 2 + 1)
+    for output, instrument in stretches:
+        for start in range(0, len(output) - size + 1, size // 2):
+            y, r = (np.fft.rfft(window * (x - x.mean())) for x in (output[start:][:size], instrument[start:][:size]))
+            cross += y * r.conj()
+            power += np.abs(r) ** 2
+    if not power.any():
+        return False
+    answer = np.fft.irfft(cross / (power + 1e-2 * power.max()), size)
+    near = max(1, round(0.05 / dt))
+    look = round(LOOK_S / dt)
+    after, before = np.sum(answer[near:look] ** 2), np.sum(answer[-look:-near] ** 2)
+    return bool(before > BACKWARDS * after)
+
+
+def other_axis(found: Sequence[Level], axis: int) -> str:
+    """Words for another axis that answers to this one's instrument; "" where it is this one that does."""
+    if not found:
+        return ""
+    level = max(found, key=lambda one: one.R.shape[0])
+    for name, output in (("gyro", level.Y), ("moment", level.U)):
+        r = level.R[:, :, axis]
+        cross = np.abs(level.banded(np.einsum("wbk,wb->bk", output, r.conj()))) ** 2
+        power = level.banded(np.sum(np.abs(r) ** 2, axis=0))[:, None]
+        own = level.banded(np.sum(np.abs(output) ** 2, axis=0))
+        coherence = np.median(cross / np.maximum(own * power, 1e-300), axis=0)
+        strongest = int(np.argmax(coherence))
+        if strongest != axis and coherence[strongest] > max(CLEAR, SWAPPED * coherence[axis]):
+            return f"what moves {AXES[axis]} shows in the {name} of {AXES[strongest]}"
+    return ""

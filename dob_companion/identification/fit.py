@@ -1,0 +1,255 @@
+"""K e^(-s delay) / ((s + pole) (1 + s lag)), times what is known, fitted to a frequency response behind a hold.
+
+Least squares on the complex misfit, each frequency weighted by its variance. The gain is linear and follows from the
+rest, of either sign, so that a coarse search over the rest finds where to start. Of the structures (with a slow pole
+or an integrator, with a lag or without, flexible modes when asked) that of the least BIC is taken, n ln-likelihood by
+the scatter that the richest one leaves.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import t as t_distribution
+
+from dob_companion.autopilots.transfer import Transfer
+from dob_companion.identification.held import held_by_poles
+from dob_companion.identification.result import Complexes, Floats
+
+POLES, LAGS, DELAYS = (0.0, 1.0, 3.0, 8.0), (0.0, 0.01, 0.03, 0.08), (0.0, 0.005, 0.01, 0.02, 0.04, 0.08)
+MOST = np.array([30.0, 0.4, 0.25])
+"""Of slow pole (rad/s), lag and delay (s)."""
+SCALE = np.array([1.0, 0.01, 0.01])
+MODE_DAMPING = 0.05
+POLE, LAG, DELAY = 0, 1, 2
+
+
+@cache
+def _poles(den: tuple[float, ...]) -> Complexes:
+    return np.asarray(np.roots(den), complex)
+
+
+@dataclass(frozen=True, slots=True)
+class Data:
+    """A response over n frequencies (rad/s) at `dt`: value, its standard deviation, and the known factor of it."""
+
+    frequency: Floats
+    value: Complexes
+    deviation: Floats
+    known: Transfer
+    dt: float
+
+    def model(self, p: Floats) -> Complexes:
+        """Response of unit gain; p: slow pole, lag, delay, then of each mode frequency, damping of peak and dip."""
+        own = [-p[POLE]] + ([-1.0 / p[LAG]] if p[LAG] > 0.0 else [])
+        lead = p[LAG] if p[LAG] > 0.0 else 1.0
+        top, poles, known_lead = np.array(self.known.num), _poles(self.known.den), self.known.den[0]
+        for peak, damping, dip, damping_dip in p[3:].reshape(-1, 4):
+            top = np.polymul(top, (1.0 / dip**2, 2.0 * damping_dip / dip, 1.0))
+            lead /= peak**2
+            root = 1j * np.sqrt(complex(1.0 - damping**2))
+            own += [peak * (-damping + root), peak * (-damping - root)]
+        whole = np.concatenate([np.array(own, complex), poles])
+        return held_by_poles(top, lead * known_lead, whole, p[DELAY], self.dt, self.frequency)
+
+    def gain(self, p: Floats) -> float:
+        """The best one."""
+        model = self.model(p) / self.deviation
+        return float(np.sum((model.conj() * self.value / self.deviation).real) / np.sum(np.abs(model) ** 2))
+
+    def residual(self, gain: float, p: Floats) -> Floats:
+        """Of unit variance where only noise is left, shape (2 n,)."""
+        misfit = (gain * self.model(p) - self.value) / self.deviation * np.sqrt(2.0)
+        return np.concatenate([misfit.real, misfit.imag])
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """gain, then the parameters of `Data.model`; which of these (gain not counted) were free; sum of squares."""
+
+    gain: float
+    parameters: Floats
+    free: tuple[int, ...]
+    squares: float
+    data: Data
+
+    @property
+    def chi2(self) -> float:
+        """Mean square of the misfits over what noise explains."""
+        return self.squares / max(1, 2 * len(self.data.frequency) - 1 - len(self.free))
+
+    @property
+    def words(self) -> str:
+        """The structure."""
+        parts = ["slow pole" if POLE in self.free else "integrator"]
+        parts += ["lag"] if LAG in self.free else []
+        modes = (len(self.parameters) - 3) // 4
+        parts += [f"{modes} flexible mode{'s' * (modes > 1)}"] if modes else []
+        return ", ".join([*parts, "delay"])
+
+    def response(self, frequency: Floats, dt: float) -> Complexes:
+        """The model's, at other frequencies or another rate."""
+        data = Data(frequency, np.zeros(len(frequency), complex), np.ones(len(frequency)), self.data.known, dt)
+        return np.asarray(self.gain * data.model(self.parameters))
+
+
+def fit(data: Data, free: Sequence[int], start: Floats, *, fixed: dict[int, float] | None = None) -> Fit:
+    """Least squares over the free parameters from `start`; the others stay at their value there."""
+    free, start = tuple(free), np.array(start, float)
+    for index, value in (fixed or {}).items():
+        start[index] = value
+    if not free:
+        gain = data.gain(start)
+        return Fit(gain, start, free, float(np.sum(data.residual(gain, start) ** 2)), data)
+    scale, most, least = _limits(start)
+    at = np.array(free)
+
+    def residual(x: Floats) -> Floats:
+        p = start.copy()
+        p[at] = x * scale[at]
+        return data.residual(data.gain(p), p)
+
+    low, high = least[at] / scale[at], most[at] / scale[at]
+    x0 = np.clip(start[at] / scale[at], low + 1e-3 * (high - low), high - 1e-3 * (high - low))
+    found = least_squares(residual, x0, bounds=(low, high), xtol=1e-7, ftol=1e-9, gtol=1e-9, max_nfev=60)
+    p = start.copy()
+    p[at] = found.x * scale[at]
+    return Fit(data.gain(p), p, free, float(2.0 * found.cost), data)
+
+
+def _limits(p: Floats) -> tuple[Floats, Floats, Floats]:
+    """Scale, most and least of each parameter."""
+    modes = p[3:].reshape(-1, 4)
+    frequency = np.array([[w, 1.0, v, 1.0] for w, _, v, _ in modes]).ravel()
+    scale = np.concatenate([SCALE, np.where(frequency > 1.0, frequency, 0.1)])
+    most = np.concatenate([MOST, np.where(frequency > 1.0, 1.5 * frequency, 1.0)])
+    least = np.concatenate([np.zeros(3), np.where(frequency > 1.0, frequency / 1.5, 1e-3)])
+    return scale, most, least
+
+
+def best_start(data: Data) -> Floats:
+    """The best of a coarse grid over slow pole, lag and delay."""
+    grid = [np.array(p) for p in itertools.product(POLES, LAGS, DELAYS)]
+    return min(grid, key=lambda p: float(np.sum(data.residual(data.gain(p), p) ** 2)))
+
+
+def fit_structures(data: Data, modes: int = 0, start: Floats | None = None) -> tuple[Fit, Fit, str]:
+    """The chosen structure, the richest, and what speaks for the choice. At least six frequencies."""
+    begin = best_start(data) if start is None else start
+    richest = fit(data, (POLE, LAG, DELAY), begin)
+    for _ in range(modes):
+        richest = _with_mode(richest)
+    beyond = tuple(range(3, len(richest.parameters)))
+    simpler = [
+        fit(data, (*free, *beyond), richest.parameters, fixed=dict.fromkeys({POLE, LAG} - {*free}, 0.0))
+        for free in ((DELAY,), (POLE, DELAY), (LAG, DELAY))
+    ]
+    scatter = max(1.0, richest.chi2)
+    points = np.log(2.0 * len(data.frequency))
+    criterion = [one.squares / scatter + points * (1 + len(one.free)) for one in (*simpler, richest)]
+    order = np.argsort(criterion)
+    chosen, second = ((*simpler, richest)[k] for k in order[:2])
+    why = f"BIC lower by {criterion[order[1]] - criterion[order[0]]:.3g} than with {second.words}"
+    return chosen, richest, why
+
+
+def _with_mode(base: Fit) -> Fit:
+    """One flexible mode more, where it helps most."""
+    data = base.data
+    w = data.frequency
+    tries = []
+    for centre in np.geomspace(w[len(w) // 3], w[-1], 10):
+        for ratio in (0.9, 1.1):
+            mode = [centre, MODE_DAMPING, ratio * centre, MODE_DAMPING]
+            p = np.concatenate([base.parameters, mode])
+            tries.append(fit(data, tuple(range(len(p) - 4, len(p))), p))
+    best = min(tries, key=lambda one: one.squares)
+    return fit(data, tuple(range(len(best.parameters))), best.parameters)
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Covariance of (ln |gain|, parameters) and 95 % intervals (shape (2,)) of the gain and of each parameter."""
+
+    covariance: NDArray[np.float64]
+    gain: Floats
+    parameters: Floats
+
+
+def spread(richest: Fit) -> Spread:
+    """Of the richest structure, whatever was chosen: what was left out may be there, as far as the data allow.
+
+    By the curvature at the best fit, widened by the scatter that it leaves; where a parameter is near 0, by profile:
+    as far as it can be moved, all others fitted anew, before the sum of squares has grown too much.
+    """
+    data, scatter = richest.data, max(1.0, richest.chi2)
+    free = np.array(richest.free)
+    x = np.concatenate([[1.0], richest.parameters[free]])
+    scale = np.concatenate([[1.0], _limits(richest.parameters)[0][free]])
+
+    def residual(at: Floats) -> Floats:
+        p = richest.parameters.copy()
+        p[free] = at[1:]
+        return data.residual(richest.gain * at[0], p)
+
+    step = 1e-4 * scale
+    columns = [(residual(x + d) - residual(np.maximum(x - d, 0.0))) / np.sum(x + d - np.maximum(x - d, 0.0))
+               for d in np.diag(step)]  # fmt: skip
+    jacobian = np.array(columns).T
+    covariance = scatter * np.linalg.pinv(jacobian.T @ jacobian)
+    quantile = float(t_distribution.ppf(0.975, max(2, 2 * len(data.frequency) - len(x))))
+    deviation = np.sqrt(np.diag(covariance))
+    intervals = x[:, None] + quantile * deviation[:, None] * np.array([-1.0, 1.0])
+    if np.any(x[1:4] < 1.3 * quantile * deviation[1:4]):  # near a bound the curvature says little
+        limit = richest.squares + scatter * quantile**2
+        for k in range(len(x)):
+            for side in (0, 1):
+                intervals[k, side] = _profiled(richest, k, side, limit, x[k], deviation[k])
+    parameters = np.repeat(richest.parameters[:, None], 2, axis=1)
+    parameters[free] = np.maximum(intervals[1:], 0.0)
+    whole = np.zeros((1 + len(richest.parameters),) * 2)
+    whole[np.ix_([0, *(1 + free)], [0, *(1 + free)])] = covariance
+    return Spread(whole, np.sort(richest.gain * intervals[0]), parameters)
+
+
+def _profiled(richest: Fit, which: int, side: int, limit: float, at: float, deviation: float) -> float:
+    """Where the sum of squares passes `limit`, all else fitted anew; 0 where it does not before."""
+    data = richest.data
+    start = richest.parameters
+
+    def squares(value: float) -> float:
+        if which == 0:
+            return _of_gain(richest, value * richest.gain)
+        index = richest.free[which - 1]
+        rest = tuple(k for k in richest.free if k != index)
+        return fit(data, rest, start, fixed={index: value}).squares
+
+    # The root of the rise is near to linear in the distance: a few secants find where it is 1.
+    sign, floor = (-1.0 if side == 0 else 1.0), richest.squares
+    reach = 2.0 * deviation
+    for _ in range(4):
+        value = max(0.0, at + sign * reach)
+        rise = np.sqrt(max(squares(value) - floor, 0.0) / (limit - floor))
+        if abs(rise - 1.0) < 0.03 or (value == 0.0 and rise <= 1.0):
+            return value
+        reach = abs(value - at) / max(rise, 0.3)
+    return max(0.0, at + sign * reach)
+
+
+def _of_gain(richest: Fit, gain: float) -> float:
+    """Sum of squares at this gain, the rest fitted anew."""
+    at = np.array(richest.free)
+    scale, most, least = _limits(richest.parameters)
+
+    def residual(x: Floats) -> Floats:
+        p = richest.parameters.copy()
+        p[at] = x * scale[at]
+        return richest.data.residual(gain, p)
+
+    low, high = least[at] / scale[at], most[at] / scale[at]
+    x0 = np.clip(richest.parameters[at] / scale[at], low + 1e-3 * (high - low), high - 1e-3 * (high - low))
+    return float(2.0 * least_squares(residual, x0, bounds=(low, high), xtol=1e-6, ftol=1e-8, max_nfev=30).cost)

@@ -1,0 +1,122 @@
+"""Whether a design may be made from what was seen, in one line: what speaks for it, or why not and what to fly next."""
+
+import numpy as np
+
+from dob_companion.identification.grid import HOLE, Grid, overlap, timing
+from dob_companion.identification.record import Record, Signal
+from dob_companion.identification.result import AxisModel, Floats, Response
+from dob_companion.identification.segments import DISARMED, LANDED, LIMITED, SHORTEST_S, USED, stretches
+from dob_companion.identification.segments import HOLE as HOLED
+
+NEITHER_HOVERS = ("rover", "boat", "submarine", "plane", "airship", "tracker", "helicopter")
+SLOWEST = 0.6
+"""Least rates of gyro and moment, of the design's."""
+LEAST_SAMPLES = 10
+BANDS = 6
+"""Frequencies at least that a model is fitted to."""
+LOW_HZ, HIGH_HZ = 2.5, 4.0
+"""The band must reach down and up to here, and up to where the rate loop's gain is 1."""
+WIDE = 2.0
+"""Largest ratio of the ends of the gain's interval."""
+LATE_S = 0.025
+"""Largest width of the delay's interval."""
+WRONG, FAR_OFF = 4.0, 0.25
+"""Held-out χ² and misfit that together refute a model."""
+APART = 0.15
+"""Largest relative standard deviation of the gain from segment to segment."""
+
+EXCITE = "record over the link with `dob-companion excite`"
+DOUBLETS = "excite, or fly stick doublets in a mode that holds attitude"
+FASTER = (
+    f"{EXCITE}, or log faster: PX4 SDLOG_PROFILE with high rate and system identification, "
+    "ArduPilot LOG_BITMASK with fast attitude and LOG_FILE_RATEMAX 0"
+)
+
+
+def unfit(record: Record, rate_hz: float) -> str:
+    """Why nothing can be made of a record at all; "" where something may."""
+    if any(word in record.vehicle for word in NEITHER_HOVERS) and "vtol" not in record.vehicle:
+        return f"a {record.vehicle} does not hover: only rotors' and tail-sitters' hover is identified"
+    signals = {"gyro": record.rates, "moment": record.moment}
+    if why := next(filter(None, (_useless(name, signal, rate_hz) for name, signal in signals.items())), ""):
+        return why
+    begin, end = overlap(record)
+    if end - begin < SHORTEST_S:
+        return f"gyro and moment are there together for {max(0.0, end - begin):.1f} s only"
+    return ""
+
+
+def _useless(name: str, signal: Signal, rate_hz: float) -> str:
+    if len(signal.time) < LEAST_SAMPLES:
+        return f"{len(signal.time)} samples of the {name}: {EXCITE}"
+    if not (np.all(np.isfinite(signal.values)) and np.all(np.diff(signal.time) > 0.0)):
+        return f"the {name}'s samples are not finite or not in order of time"
+    if not np.any(np.ptp(signal.values, axis=0)):
+        return f"the {name} never changes: {EXCITE}"
+    hz = timing(signal).rate_hz
+    return (
+        f"{name} at {hz:.3g} Hz is too slow for a design at {rate_hz:g} Hz: {FASTER}" if hz < SLOWEST * rate_hz else ""
+    )
+
+
+def not_flown(state: np.ndarray, grid: Grid) -> str:
+    """Why no stretch is left, by what speaks against most of the record; "" where one is."""
+    if stretches(state == USED, grid.dt):
+        return ""
+    if np.all((state == DISARMED) | (state == HOLED)):
+        return "disarmed throughout: these are not the motors' moments"
+    counts = {code: int(np.count_nonzero(state == code)) for code in (LIMITED, LANDED, HOLED, DISARMED)}
+    worst = max(counts, key=lambda code: counts[code])
+    if worst == LIMITED:
+        return "saturated throughout: fly calmer, or excite with a smaller amplitude"
+    if worst == LANDED:
+        return "never in flight: fly in hover"
+    if worst == DISARMED:
+        return "armed and in flight too short: fly a minute in hover"
+    return f"full of holes: no {SHORTEST_S:g} s without a step of more than {HOLE:g} usual ones: log to a faster card"
+
+
+def not_covered(response: Response, crossover_hz: float) -> str:
+    """Why a band is too narrow to design by; "" where it is not."""
+    low, high = response.frequency[[0, -1]] / (2.0 * np.pi)
+    needed = max(HIGH_HZ, crossover_hz)
+    said = f"only {low:.2g} to {high:.2g} Hz are seen"
+    if low > LOW_HZ:
+        return f"{said}, from {LOW_HZ:g} Hz is needed: excite longer or stronger at low frequencies"
+    if high < needed:
+        return f"{said}, up to {needed:.2g} Hz is needed: {EXCITE}, or fly sharper doublets"
+    return ""
+
+
+def not_trusted(model: AxisModel, between: float, gains: Floats) -> str:
+    """Why a model is no good; "" where it is."""
+    gain, delay = model.acceleration_per_unit, model.delay_s
+    if gain.value <= 0.0:
+        return "the gain is negative: a sign is flipped, or axes are swapped, or this shows the controller"
+    if between > APART:
+        said = ", ".join(f"{value:.3g}" for value in gains)
+        return f"the gain differs between segments ({said} rad/s² per unit): payload, battery or scaling changed"
+    if gain.low <= 0.0 or gain.high > WIDE * gain.low:
+        return f"the gain is known too badly ({gain.low:.3g} to {gain.high:.3g}): excite longer or stronger"
+    if delay.high - delay.low > LATE_S:
+        return (
+            f"the delay is known too badly ({1e3 * delay.low:.0f} to {1e3 * delay.high:.0f} ms): "
+            "excite at higher frequencies"
+        )
+    if model.held_out_chi2 > WRONG and model.held_out_misfit > FAR_OFF:
+        return (
+            f"the model is {100.0 * model.held_out_misfit:.0f} % wrong in windows that it was not fitted to: "
+            "fly calmer and steadier"
+        )
+    return ""
+
+
+def praise(model: AxisModel, response: Response) -> str:
+    """What speaks for a model."""
+    low, high = response.frequency[[0, -1]] / (2.0 * np.pi)
+    gain = model.acceleration_per_unit
+    width = 50.0 * (gain.high - gain.low) / gain.value
+    line = f"seen from {low:.2g} to {high:.2g} Hz by the {response.instrument}, gain within {width:.2g} %"
+    if np.isfinite(model.held_out_misfit):
+        line += f", {100.0 * model.held_out_misfit:.2g} % off in windows that were not fitted"
+    return line
