@@ -1,8 +1,8 @@
 """Signals as a file holds them, and what becomes of them: cut where a clock begins anew, put in order, cleaned.
 
-A file is read in its own order. Stamps that go back by more than BACK_S and stay there are a clock that began anew (a
-reboot, a second log appended): there a record ends. A few stamps far from those around them are none: they are dropped.
-What is left is put in order, and of equal stamps the first is kept.
+A file is read in its own order. Stamps that go back by more than BACK_S, or on by more than an hour, and stay there are
+a clock that began anew (a reboot, a clock that was set): there a record ends. A few stamps far from those around them
+are none: they are dropped. What is left is put in order, and of equal stamps the first is kept.
 """
 
 from collections.abc import Iterator
@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from dob_companion.flightlog.flown import LONGEST_HOLE_S
 from dob_companion.identification.record import Floats, Signal
 
 BACK_S = 1.0
@@ -108,7 +109,7 @@ def spans(series: list[Series], witnesses: list[Series]) -> list[tuple[int, int]
     for at in _restarts(clock.time):
         before, place = int(clock.place[at - 1]), int(clock.place[at])
         between = [w.within(before + 1, place) for w in witnesses]
-        anew = [w.place[w.time < clock.time[at - 1] - BACK_S] for w in between]
+        anew = [w.place[_jumped(w.time - clock.time[at - 1])] for w in between]
         restarts.append(min([place, *(int(places[0]) for places in anew if len(places))]))
     return list(pairwise([0, *restarts, np.iinfo(np.int64).max]))
 
@@ -141,11 +142,15 @@ def _astray(begin: float, end: float, before: float | None, after: float | None)
 def _restarts(time: Floats) -> Iterator[int]:
     """Where the clock begins anew."""
     begin = 0
-    backs = (np.flatnonzero(np.diff(time) < -BACK_S) + 1).tolist()
-    for at, end in pairwise([*backs, len(time)]):
+    jumps = (np.flatnonzero(_jumped(np.diff(time))) + 1).tolist()
+    for at, end in pairwise([*jumps, len(time)]):
         if _stretch(time[begin:at]) and _stretch(time[at:end]):
             begin = at
             yield at
+
+
+def _jumped(steps: Floats) -> NDArray[np.bool_]:
+    return (steps < -BACK_S) | (steps > LONGEST_HOLE_S)
 
 
 def _stretch(time: Floats) -> bool:

@@ -22,6 +22,7 @@ _SYNC = b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 _HEADER = 16
 _KINDS = frozenset(b"FDIMPQARSOLCB")
 _DATA = ord("D")
+_MESSAGE = struct.Struct("<HB")
 
 _TYPES = {
     "int8_t": "i1", "uint8_t": "u1", "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4", "uint32_t": "<u4",
@@ -103,24 +104,25 @@ class ULog:
 
     def _walk(self) -> list[int]:
         """Where each sample of a topic begins; takes in the definitions on the way."""
-        data, found, damaged, begin = self._data, [], 0, _HEADER
+        found: list[int] = []
+        data, damaged, begin = self._data, 0, _HEADER
+        head, keep = _MESSAGE.unpack_from, found.append  # this loop is most of what reading costs
         for end in self._sections():
-            at = begin
-            while at + 3 <= end:
-                size, kind = data[at] | data[at + 1] << 8, data[at + 2]
-                if kind not in _KINDS or not size:
+            at, last = begin, end - _MESSAGE.size
+            while at <= last:
+                size, kind = head(data, at)
+                after = at + 3 + size
+                if kind == _DATA and size > 2 and after <= end:
+                    keep(at)
+                elif kind not in _KINDS or not size:
                     sync = data.find(_SYNC, at, end)
-                    damaged += (sync if sync >= 0 else end) - at
-                    at = sync + len(_SYNC) if sync >= 0 else end
-                    continue
-                if at + 3 + size > end:
+                    after = sync + len(_SYNC) if sync >= 0 else end
+                    damaged += after - at
+                elif after > end:
                     break
-                if kind == _DATA:
-                    if size > 2:
-                        found.append(at)
-                else:
-                    self._define(at, chr(kind), data[at + 3 : at + 3 + size])
-                at += 3 + size
+                elif kind != _DATA:
+                    self._define(at, chr(kind), data[at + 3 : after])
+                at = after
             if at < end:
                 self.remarks.append("ends in the middle of a message: what is whole was read")
             begin = end

@@ -98,6 +98,15 @@ def test_a_hole_stays_one(tmp_path):
     assert any(line.startswith("rates: 1 hole of up to 0.30") for line in record.remarks)
 
 
+@pytest.mark.parametrize("jump_s", [-7.0, 1e6])
+def test_a_clock_that_is_set_anew_gives_two_records(tmp_path, jump_s):
+    times = TIMES + jump_s * (np.arange(500) >= 300)
+    first, second = read(tmp_path, writers.quad(times, RATES, MOMENT).data)
+    assert (len(first.rates.time), len(second.rates.time)) == (300, 200)
+    assert second.rates.time[-1] == pytest.approx(199 * 0.004, abs=1e-5)
+    assert "part 2 of 2: the clock begins anew" in second.remarks
+
+
 def test_a_log_rewritten_topic_by_topic_is_one_record(tmp_path):
     log = writers.ULog()
     log.declare("vehicle_torque_setpoint", "uint64_t timestamp;float[3] xyz;")
