@@ -5,13 +5,16 @@ import json
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dob_companion.artifact import DobDesign, certificate_object, design_table, dumps
 from dob_companion.cli.robustness import robustness_words
 from dob_companion.cli.tradeoff import tuning_object, tuning_table
 from dob_companion.errors import SpecError
 from dob_companion.files import read_text, reader_beside, require_place, write_files
+
+if TYPE_CHECKING:
+    from dob_companion.synthesis.tune.tuning import Tuning
 
 
 def add_parser(subparsers: Any) -> None:
@@ -36,37 +39,52 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Design, write, print the certificate."""
-    from dob_companion.report.design_page import design_report
-    from dob_companion.synthesis import design_from_toml
-    from dob_companion.synthesis.numeric import numbers_judged
-
-    require_place(args.out)
-    created = datetime.now(UTC).isoformat(timespec="seconds")
-    spec = read_text(args.spec)
     if args.auto and args.order is not None:
         raise SpecError("--order: with --auto, put largest_order = N into the spec's [design] instead")
-    if args.auto:
-        found, tunings = _tuned(spec, args.spec, created)
-    else:
-        read = reader_beside(args.spec)
-        found, tunings = design_from_toml(spec, str(args.spec), created, read, largest_order=args.order), ()
-    with numbers_judged(str(args.spec)):
-        text, design = dumps(found)
-        page, figures = design_report(design, tunings)
-    pictures = {f"figures/{name}": picture for name, picture in figures.items()}
-    write_files(args.out, {"design.json": text, "report.html": page, **pictures})
+    design, tunings = design_into(args.out, args.spec, auto=args.auto, order=args.order)
     if args.json:
         print(json.dumps(_objects(design, tunings)))
     else:
-        findings = filter(None, map(robustness_words, design.blocks))
-        print("\n\n".join([*map(tuning_table, tunings), design_table(design), *findings]))
+        print(certificate_text(design, tunings))
         print(
             f"\nwritten: {args.out / 'design.json'} (sha256 {design.sha256[:8]}), {args.out / 'report.html'}, figures"
         )
     return 0
 
 
-def _tuned(text: str, path: Path, created: str) -> tuple[DobDesign, tuple[Any, ...]]:
+def design_into(
+    folder: Path, path: Path, *, auto: bool, order: int | None = None
+) -> "tuple[DobDesign, tuple[Tuning, ...]]":
+    """Design what the spec at `path` asks, and write design.json, report.html and figures into `folder`.
+
+    Raises SpecError, UnsolvableError and NotCertifiedError; then nothing is written.
+    """
+    from dob_companion.report.design_page import design_report
+    from dob_companion.synthesis import design_from_toml
+    from dob_companion.synthesis.numeric import numbers_judged
+
+    require_place(folder)
+    created = datetime.now(UTC).isoformat(timespec="seconds")
+    spec = read_text(path)
+    if auto:
+        found, tunings = _tuned(spec, path, created)
+    else:
+        found, tunings = design_from_toml(spec, str(path), created, reader_beside(path), largest_order=order), ()
+    with numbers_judged(str(path)):
+        text, design = dumps(found)
+        page, figures = design_report(design, tunings)
+    pictures = {f"figures/{name}": picture for name, picture in figures.items()}
+    write_files(folder, {"design.json": text, "report.html": page, **pictures})
+    return design, tunings
+
+
+def certificate_text(design: DobDesign, tunings: "tuple[Tuning, ...]") -> str:
+    """Tunings, certificates and robustness, as tables."""
+    findings = filter(None, map(robustness_words, design.blocks))
+    return "\n\n".join([*map(tuning_table, tunings), design_table(design), *findings])
+
+
+def _tuned(text: str, path: Path, created: str) -> "tuple[DobDesign, tuple[Tuning, ...]]":
     from dob_companion.synthesis.tune.tuning import tuned_design_from_toml
 
     try:
@@ -75,7 +93,7 @@ def _tuned(text: str, path: Path, created: str) -> tuple[DobDesign, tuple[Any, .
         _progress("")
 
 
-def _objects(design: DobDesign, tunings: tuple[Any, ...]) -> dict[str, Any]:
+def _objects(design: DobDesign, tunings: "tuple[Tuning, ...]") -> dict[str, Any]:
     """Certificates by block, each with its tuning when there was one."""
     objects = {block.name: certificate_object(block.certificate) for block in design.blocks}
     for tuning in tunings:

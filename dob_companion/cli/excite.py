@@ -27,8 +27,16 @@ def add_parser(commands: Any) -> None:
     add("--link", default=DEFAULT_LINK, metavar="URL", help="link to the autopilot (%(default)s)")
     add("--axis", action="append", choices=AXES, help="again for another one (roll, pitch and yaw)")
     add("-o", "--out", type=Path, required=True, metavar="DIR", help="excite.json and excite.tlog go here")
+    add_excitation(parser)
+    add("--json", action="store_true", help="print excite.json")
+    parser.set_defaults(run=run)
+
+
+def add_excitation(parser: Any, *, seconds: float = 30.0) -> None:
+    """How strongly, how long and within which limits an aircraft is moved; `seconds` an axis unless told otherwise."""
+    add = parser.add_argument
     add("--signal", choices=SIGNALS, default="multisine", help="(%(default)s)")
-    add("--seconds", type=float, default=30.0, metavar="S", help="for each axis (%(default)g)")
+    add("--seconds", type=float, default=seconds, metavar="S", help="for each axis (%(default)g)")
     add("--band", type=float, nargs=2, default=(0.3, 40.0), metavar=("LOW", "HIGH"), help="Hz (0.3 40)")
     add("--seed", type=int, default=1, metavar="N", help="of the phases (%(default)s)")
     peak = "peak of the moment, normalized torque, 0 to 0.5 (roll=0.06,pitch=0.06,yaw=0.12)"
@@ -45,12 +53,15 @@ def add_parser(commands: Any) -> None:
     add("--config", type=Path, metavar="FILE", help="that of `run`: system, profile, regime with its kill switch, key")
     add("--state", type=Path, metavar="DIR", help="that of `run`: where signing timestamps are kept")
     add("--timeout", type=_within(0.1, 86400.0), metavar="S", help="give up if it has not begun after S seconds")
-    add("--json", action="store_true", help="print excite.json")
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Excite, record, print."""
+    return excite(args, args.out, as_json=args.json)
+
+
+def excite(args: argparse.Namespace, out: Path, *, as_json: bool) -> int:
+    """As the options of `add_excitation`, and `link` and `axis`, say. Returns the exit code; results go to `out`."""
     from dob_companion.cli.exciting import Exciting
     from dob_companion.excitation.limits import Limits
     from dob_companion.excitation.plan import AMPLITUDES
@@ -60,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
     low_hz, high_hz = args.band
     return Exciting(
         link=args.link,
-        out=args.out,
+        out=out,
         signal=Excitation(kind=args.signal, low_hz=low_hz, high_hz=high_hz, seconds=args.seconds, seed=args.seed),
         amplitudes={
             axis: asked.get(axis, asked.get("", AMPLITUDES[axis])) for axis in dict.fromkeys(args.axis or AXES)
@@ -75,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
         state=args.state,
         profile=args.profile,
         timeout_s=args.timeout,
-        as_json=args.json,
+        as_json=as_json,
     ).run()
 
 

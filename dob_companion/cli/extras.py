@@ -6,7 +6,9 @@ from pathlib import Path
 from shlex import join
 
 _EXTRA_OF = {
-    **dict.fromkeys(("cvxpy", "clarabel", "control", "scipy", "matplotlib", "jinja2", "markupsafe"), "design"),
+    **dict.fromkeys(
+        ("cvxpy", "clarabel", "control", "scipy", "matplotlib", "jinja2", "markupsafe", "pyulog"), "design"
+    ),
     "mavsdk": "mavsdk",
     "rich": "view",
     "sitl": "sitl",

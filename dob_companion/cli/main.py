@@ -60,11 +60,13 @@ def parser() -> argparse.ArgumentParser:
 def command_modules() -> tuple[ModuleType, ...]:
     """The commands, in the order of their help. Imported only now: Ctrl-C meanwhile is then met as it is later."""
     from dob_companion.cli import (
+        check,
         compare,
         demo,
         design,
         doctor,
         excite,
+        identify,
         inspect,
         param,
         replay,
@@ -74,7 +76,10 @@ def command_modules() -> tuple[ModuleType, ...]:
         status,
     )
 
-    return demo, spec, design, inspect, compare, doctor, excite, run, param, status, replay, report
+    return (
+        *(demo, excite, identify, spec, design, inspect, compare),
+        *(doctor, check, run, param, status, replay, report),
+    )
 
 
 def _complain(text: str, code: int) -> int:

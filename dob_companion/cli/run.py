@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     )
 
 
-def add_profile(parser: argparse.ArgumentParser) -> None:
+def add_profile(parser: Any) -> None:
     """Add `--profile`."""
     parser.add_argument(
         "--profile", choices=PROFILES, help="what is known of the vehicle (auto: by the make of its autopilot)"

@@ -18,8 +18,9 @@ from dob_companion.synthesis.spec.parse import parse_spec
 ASSUMED_CORNER_HZ = 1.0
 """Of gusts, where the recorded air was too calm to show a corner."""
 
-SHOWN = 4.0
-"""A corner counts as seen when its interval is narrower than this factor."""
+SHOWN, LEAST_SHOWN, SHOWN_HZ = 4.0, 0.003, (0.1, 5.0)
+"""A corner counts as seen when its interval is narrower than this factor, the disturbance's rms above this share of the
+torque, and the corner within these Hz: beyond, it is what the model of the plant leaves."""
 
 MARGIN_KEPT, LEAST_MARGIN, MOST_MARGIN = 0.8, 0.2, 0.4
 """The loop with the observer is to keep this share of the disk margin that it has without, within these ends."""
@@ -33,6 +34,7 @@ def spec_text(
     controllers: Controllers,
     surroundings: Mapping[str, Surroundings | None],
     delay_samples: Sourced,
+    rate_hz: float,
 ) -> str:
     """TOML for `design --auto`, of all usable axes.
 
@@ -43,7 +45,7 @@ def spec_text(
         reasons = "; ".join(f"{axis}: {result.why}" for axis, result in found.axes.items())
         raise InputError(f"{found.source}: no axis is usable: {reasons}")
     blocks = [line for axis in axes for line in _block(axis, _model(found, axis), controllers, surroundings.get(axis))]
-    head = [*_head(found, controllers), *_design(found, delay_samples)]
+    head = [*_head(found, controllers), *_design(rate_hz, delay_samples)]
     margin = _baseline_margin("\n".join([*head, *blocks]), found.source)
     return "\n".join([*head, *_auto(surroundings, controllers, margin), *blocks]) + "\n"
 
@@ -69,9 +71,9 @@ def _head(found: Identification, controllers: Controllers) -> Iterator[str]:
     yield ""
 
 
-def _design(found: Identification, delay_samples: Sourced) -> Iterator[str]:
+def _design(rate_hz: float, delay_samples: Sourced) -> Iterator[str]:
     yield "[design]"
-    yield f"rate_hz = {number(found.rate_hz)}"
+    yield f"rate_hz = {number(rate_hz)}"
     yield f"delay_samples = {delay_samples.value:.0f}   # {delay_samples.source}"
     yield ""
 

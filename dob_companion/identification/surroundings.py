@@ -13,7 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from dob_companion.identification.result import AxisModel, Interval
+from dob_companion.artifact import AXES
+from dob_companion.identification.grid import gridded, runs
+from dob_companion.identification.record import Record
+from dob_companion.identification.result import AxisModel, Identification, Interval
 
 Floats = NDArray[np.float64]
 
@@ -80,6 +83,20 @@ def surroundings(
     differenced = np.abs(1.0 - np.exp(-1j * frequency / rate_hz)) ** 2
     gyro = np.abs(np.polyval(model.filters.num, 1j * frequency) / np.polyval(model.filters.den, 1j * frequency)) ** 2
     return _fitted(density / differenced, np.abs(plant) ** 2, gyro, frequency, rate_hz, count)
+
+
+def around(record: Record, model: AxisModel, found: Identification, axis: str) -> Surroundings | None:
+    """As `surroundings`, over what of a record an identification has used."""
+    grid = gridded(record, found.rate_hz)
+    used = np.zeros(len(grid.known), bool)
+    for segment in found.segments:
+        if not segment.why:
+            used |= (grid.time >= segment.begin) & (grid.time < segment.end)
+    index = AXES.index(axis)
+    stretches = [
+        (grid.rates[begin:end, index], grid.moment[begin:end, index]) for begin, end in runs(used & grid.known)
+    ]
+    return surroundings(stretches, model, grid.rate_hz)
 
 
 def _fitted(

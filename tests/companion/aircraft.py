@@ -3,6 +3,7 @@
 import copy
 import struct
 from dataclasses import dataclass, field, fields
+from functools import cache
 
 import numpy as np
 from pymavlink.dialects.v20 import common as mav
@@ -22,6 +23,7 @@ def gain(value):
     return StateSpaceData([], [], [], [[value]])
 
 
+@cache
 def small_design(axes=("roll", "pitch", "yaw"), delay_samples=1, delay_margin=3):
     """One block an axis, checkable by hand: d_hat(k+1) = 0.5 d_hat(k) + 0.5 (y_n(k) - u_e(k)).
 

@@ -57,7 +57,7 @@ def wind(corner, rms=0.02):
 def test_plants_controllers_bounds_and_weather_are_those_that_were_found():
     found = identified(roll=model(306.0), pitch=None, yaw=model(14.5, lag=0.0))
     controllers = by_parameters(copter(), found.usable)
-    text = spec_text(found, controllers, {"roll": wind(0.7), "yaw": wind(2.8)}, TWO)
+    text = spec_text(found, controllers, {"roll": wind(0.7), "yaw": wind(2.8)}, TWO, 250.0)
     spec = parse_spec(text)
     assert [block.name for block in spec.blocks] == ["roll", "yaw"]
     assert "# pitch is left out: no excitation" in text
@@ -81,16 +81,16 @@ def test_what_was_not_seen_is_assumed_and_says_so():
     wide = Surroundings(
         noise_rms=about(0.002), disturbance_rms=about(1e-4), corner_hz=Interval(1.0, 0.1, 9.0), windows=4
     )
-    text = spec_text(found, by_parameters(copter(), ("roll",)), {"roll": wide}, TWO)
+    text = spec_text(found, by_parameters(copter(), ("roll",)), {"roll": wide}, TWO, 250.0)
     assert "disturbance_corner_hz = 1.0   # assumed: gusts; the air was too calm to show it" in text
     assert parse_spec(text).blocks[0].largest_disturbance == 0.05
-    short = spec_text(found, by_parameters(copter(), ("roll",)), {"roll": None}, TWO)
+    short = spec_text(found, by_parameters(copter(), ("roll",)), {"roll": None}, TWO, 250.0)
     assert "noise_rms = 0.0005   # rad/s; assumed" in short
 
 
 def test_controllers_may_come_from_another_spec():
     found = identified(pitch=model(140.0, 0.3, 0.07, 0.001))
-    spec = parse_spec(spec_text(found, of_spec(PAPER, "paper.toml", ("pitch",)), {}, TWO))
+    spec = parse_spec(spec_text(found, of_spec(PAPER, "paper.toml", ("pitch",)), {}, TWO, 250.0))
     assert spec.blocks[0].controller.form == parse_spec(PAPER).blocks[0].controller.form
     with pytest.raises(InputError, match=r'paper.toml: no \[\[block\]\] with axes = \["yaw"\]'):
         of_spec(PAPER.replace('axes = ["yaw"]', 'axes = ["roll"]'), "paper.toml", ("yaw",))
@@ -99,7 +99,7 @@ def test_controllers_may_come_from_another_spec():
 def test_the_margin_asked_for_is_one_that_the_loop_has():
     """Copter's own loop with its gyro filter keeps 0.31 (docs/ardupilot.md); asked for is four fifths of that."""
     found = identified(roll=model(306.0, lag=0.0))
-    text = spec_text(found, by_parameters(copter(), ("roll",)), {}, TWO)
+    text = spec_text(found, by_parameters(copter(), ("roll",)), {}, TWO, 250.0)
     asked = parse_spec(text).auto.least_disk_margin
     assert 0.2 <= asked < 0.3
     assert f"roll has {asked / 0.8:.2f}" in text
@@ -107,7 +107,7 @@ def test_the_margin_asked_for_is_one_that_the_loop_has():
 
 def test_no_spec_without_a_usable_axis_nor_for_a_loop_that_could_not_have_flown():
     with pytest.raises(InputError, match=r"flight\.bin: no axis is usable: roll: no excitation"):
-        spec_text(identified(roll=None), by_parameters(copter(), ()), {}, TWO)
+        spec_text(identified(roll=None), by_parameters(copter(), ()), {}, TWO, 250.0)
     found = identified(roll=model(3000.0))
     with pytest.raises(InputError, match="roll: the rate loop is unstable by the model"):
-        spec_text(found, by_parameters(copter(), ("roll",)), {}, TWO)
+        spec_text(found, by_parameters(copter(), ("roll",)), {}, TWO, 250.0)

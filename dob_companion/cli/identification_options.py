@@ -1,0 +1,45 @@
+"""What `identify` and `tune` may be told of a log. Light: it is imported for every `--help`."""
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+
+from dob_companion.artifact import AXES
+
+RATE_HZ = 250.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """axes: those wanted; parameters: a ground station's file, in place of those in the log; controller: a spec whose
+    controllers are taken; delay: of the link, samples, in place of what is known of the autopilot."""
+
+    axes: tuple[str, ...] = AXES
+    rate_hz: float = RATE_HZ
+    parameters: Path | None = None
+    controller: Path | None = None
+    delay: int | None = None
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What `of_log` may be told."""
+    parser.add_argument("--axis", action="append", choices=AXES, help="this axis alone; may be repeated (all)")
+    parser.add_argument("--params", type=Path, metavar="FILE", help="parameter file, in place of those in the log")
+    parser.add_argument("--controller", type=Path, metavar="SPEC.toml", help="take the rate controllers from this spec")
+    parser.add_argument("--delay", type=_samples, metavar="N", help="delay_samples of the link (by the autopilot)")
+
+
+def options_of(args: argparse.Namespace) -> Options:
+    """From the command line."""
+    return Options(
+        axes=tuple(axis for axis in AXES if axis in args.axis) if args.axis else AXES,
+        parameters=args.params,
+        controller=args.controller,
+        delay=args.delay,
+    )
+
+
+def _samples(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= 30:
+        raise argparse.ArgumentTypeError(f"{text!r}, expected a whole number from 1 to 30")
+    return int(text)

@@ -1,0 +1,164 @@
+"""From a log to a model, a spec and a page: what `identify` and `tune` share."""
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from dob_companion import __version__
+from dob_companion.autopilots import Parameters, Sourced, parse_parameters
+from dob_companion.cli.excite import excite
+from dob_companion.cli.exciting import RESULT as RESULT_OF_EXCITING
+from dob_companion.cli.exciting import TLOG
+from dob_companion.cli.identification_options import Options
+from dob_companion.errors import InputError
+from dob_companion.files import read_text, write_files
+from dob_companion.identification.identify import identify
+from dob_companion.identification.controllers import Controllers, by_parameters, of_spec
+from dob_companion.identification.record import Record
+from dob_companion.identification.result import Identification, Interval
+from dob_companion.identification.spec import spec_text
+from dob_companion.identification.surroundings import Surroundings, around
+from dob_companion.logs import read_log
+from dob_companion.report.identification_page import identification_page
+
+SPEC, PAGE, RESULT = "spec.toml", "identification.html", "identification.json"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """What came of a log. `spec` is None where none could be written, and `why` says so in one line."""
+
+    found: Identification
+    surroundings: dict[str, Surroundings | None]
+    spec: str | None
+    why: str = ""
+
+    def to_object(self) -> dict[str, Any]:
+        """As `identify --json` prints it."""
+        whole: dict[str, Any] = self.found.to_object()
+        for axis, seen in self.surroundings.items():
+            whole["axes"][axis]["surroundings"] = _seen(seen) if seen else None
+        return whole | {
+            "source": self.found.source,
+            "rate_hz": self.found.rate_hz,
+            "remarks": list(self.found.remarks),
+            "spec": SPEC if self.spec else None,
+            "why_no_spec": self.why,
+        }
+
+    def write(self, folder: Path) -> list[Path]:
+        """The page and the numbers, and the spec where there is one. Returns what was written."""
+        files = {RESULT: json.dumps(self.to_object(), indent=1, allow_nan=False) + "\n"}
+        if self.spec is not None:
+            files[SPEC] = self.spec
+        page = identification_page(self.found, self.surroundings, f"dob-companion {__version__}", tuple(sorted(files)))
+        write_files(folder, {PAGE: page, **files})
+        return [folder / name for name in sorted((PAGE, *files))]
+
+
+def recorded(args: argparse.Namespace, folder: Path) -> tuple[int, Path]:
+    """Excite the aircraft on a link first. Returns the exit code of that, and its log."""
+    place = folder / "excitation"
+    return excite(args, place, as_json=False), place / TLOG
+
+
+def of_log(path: Path, options: Options) -> Outcome:
+    """Read, identify, write the spec's text. Raises InputError for a log or an option that is no good."""
+    record = _chosen(read_log(path), path, options)
+    found = identify(record, axes=options.axes, rate_hz=options.rate_hz)
+    surroundings = {
+        axis: around(record, result.model, found, axis) if result.model else None for axis, result in found.axes.items()
+    }
+    if not found.usable:
+        return Outcome(found=found, surroundings=surroundings, spec=None, why="no axis is usable")
+    try:
+        controllers = _controllers(record, found.usable, options)
+        text = spec_text(found, controllers, surroundings, _delay(controllers, options), options.rate_hz)
+    except InputError as problem:
+        return Outcome(found=found, surroundings=surroundings, spec=None, why=str(problem))
+    return Outcome(found=found, surroundings=surroundings, spec=text)
+
+
+def table(outcome: Outcome) -> str:
+    """What a person wants to see: one line an axis, then why."""
+    head = ("axis", "rad/s² per unit", "slow pole, rad/s", "lag, ms", "delay, ms", "usable")
+    rows: list[tuple[str, ...]] = [head]
+    for result in outcome.found.axes.values():
+        model = result.model
+        numbers = ["–"] * 4
+        if model is not None:
+            numbers = [
+                _said(model.acceleration_per_unit),
+                _said(model.slow_pole_rad_s),
+                _said(model.lag_s, 1e3),
+                _said(model.delay_s, 1e3),
+            ]
+        rows.append((result.axis, *numbers, "yes" if result.usable else "no"))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    reasons = [f"{axis}: {result.why}" for axis, result in outcome.found.axes.items()]
+    missing = ["", f"no spec: {outcome.why}"] if outcome.spec is None else []
+    return "\n".join([*lines, "", *reasons, *missing])
+
+
+def longest(records: Sequence[Record]) -> Record:
+    """The longest of a log's parts; it says so where there are several."""
+    spans = [float(record.rates.time[-1]) for record in records]
+    which = spans.index(max(spans))
+    if len(records) == 1:
+        return records[0]
+    taken = f"part {which + 1} of {len(records)} is taken, the longest"
+    return replace(records[which], remarks=(*records[which].remarks, taken))
+
+
+def _chosen(records: Sequence[Record], path: Path, options: Options) -> Record:
+    """The longest of a log's parts, with what is known of the autopilot from elsewhere."""
+    record = longest(records)
+    beside = path.parent / RESULT_OF_EXCITING
+    if options.parameters is not None:
+        given = parse_parameters(read_text(options.parameters), str(options.parameters))
+        return replace(record, parameters=dict(given.values))
+    if beside.exists() and not record.parameters:
+        return replace(record, parameters=_excited_parameters(beside))
+    return record
+
+
+def _excited_parameters(path: Path) -> dict[str, float]:
+    try:
+        given = json.loads(read_text(path))["parameters"]
+        return {str(name): float(value) for name, value in given.items()}
+    except (ValueError, TypeError, KeyError, AttributeError):
+        raise InputError(f'{path}: expected what `dob-companion excite` writes, with "parameters"') from None
+
+
+def _controllers(record: Record, axes: tuple[str, ...], options: Options) -> Controllers:
+    if options.controller is not None:
+        return of_spec(read_text(options.controller), str(options.controller), axes)
+    if not record.parameters:
+        raise InputError(
+            f"{record.source}: no parameters of the autopilot in it, which its rate controllers follow from: give "
+            "--params FILE, or --controller SPEC.toml"
+        )
+    return by_parameters(Parameters(record.source, record.parameters), axes)
+
+
+def _delay(controllers: Controllers, options: Options) -> Sourced:
+    if options.delay is not None:
+        return Sourced(options.delay, "given")
+    return Sourced(controllers.delay_samples, "least for this autopilot; `doctor` measures the link's")
+
+
+def _seen(seen: Surroundings) -> dict[str, Any]:
+    return {
+        "noise_rms": seen.noise_rms.to_object(),
+        "disturbance_rms": seen.disturbance_rms.to_object(),
+        "disturbance_corner_hz": seen.corner_hz.to_object(),
+    }
+
+
+def _said(interval: Interval, scale: float = 1.0) -> str:
+    value, low, high = (f"{scale * x:.3g}" for x in (interval.value, interval.low, interval.high))
+    return value if low == high else f"{value} ({low}…{high})"
