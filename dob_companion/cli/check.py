@@ -64,8 +64,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _compared(log: Path, design: "DobDesign") -> dict[str, dict[str, Any]]:
     from dob_companion.cli.identifying import longest
-    from dob_companion.identification.identify import identify
     from dob_companion.identification.agreement import agreement, tolerance, verdict
+    from dob_companion.identification.identify import identify
     from dob_companion.logs import read_log
 
     wanted = tuple(axis for block in design.blocks for axis in block.axes)

@@ -15,8 +15,8 @@ from dob_companion.cli.exciting import TLOG
 from dob_companion.cli.identification_options import Options
 from dob_companion.errors import InputError
 from dob_companion.files import read_text, write_files
-from dob_companion.identification.identify import identify
 from dob_companion.identification.controllers import Controllers, by_parameters, of_spec
+from dob_companion.identification.identify import identify
 from dob_companion.identification.record import Record
 from dob_companion.identification.result import Identification, Interval
 from dob_companion.identification.spec import spec_text
