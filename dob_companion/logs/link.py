@@ -107,7 +107,8 @@ def records_of(heard: Callable[[], Iterator[Heard]], source: str, remarks: Itera
         other = identity_in(frame)
         if other is not None and other.system != identity.system:
             others[other.system] += 1
-        for fact in overhearing.read(frame):
+        fact = overhearing.read(frame)
+        if fact is not None:
             collector.take(place, fact)
     for number, name in ((Input.GYRO, "rates"), (Input.MOMENT, "moment")):
         if name not in collector.signals:
@@ -117,7 +118,7 @@ def records_of(heard: Callable[[], Iterator[Heard]], source: str, remarks: Itera
     said = list(remarks)
     if others:
         said.append(f"other vehicles are heard too, left out: system {', '.join(map(str, sorted(others)))}")
-    if bad := overhearing.codec.counters.bad:
+    if bad := overhearing.damaged:
         said.append(f"{bad} damaged messages left out")
     return records(_found(collector, identity, source, tuple(said)))
 

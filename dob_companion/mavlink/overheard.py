@@ -2,7 +2,7 @@
 
 import math
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from pymavlink.dialects.v20 import common as mav
@@ -11,7 +11,7 @@ from dob_companion.mavlink.codec import AUTOPILOT, Codec, bytewise
 from dob_companion.mavlink.facts import Axes3, Fact
 from dob_companion.mavlink.frame import EXTRA, crc, unpacked
 from dob_companion.mavlink.makes import PX4, make_of
-from dob_companion.mavlink.outline import checksum_of, covered, number_of, payload_of
+from dob_companion.mavlink.outline import V1, checksum_of, covered, number_of, payload_of
 from dob_companion.mavlink.profiles import Profile
 
 _HEARTBEAT = mav.MAVLINK_MSG_ID_HEARTBEAT
@@ -59,7 +59,7 @@ Overheard = Fact | Attitude | AttitudeAsked | Parameter
 
 def identity_in(frame: bytes) -> Identity | None:
     """The autopilot whose heartbeat a whole frame is."""
-    if number_of(frame) != _HEARTBEAT:
+    if number_of(frame) != _HEARTBEAT or _sender(frame)[1] != AUTOPILOT:
         return None
     try:
         beat = mav.MAVLink(None).decode(bytearray(frame))
@@ -67,6 +67,11 @@ def identity_in(frame: bytes) -> Identity | None:
         return None
     make = make_of(beat)
     return Identity(beat.get_srcSystem(), make, vehicle_in_words(beat.type)) if make else None
+
+
+def _sender(frame: bytes) -> bytes:
+    """System and component."""
+    return frame[3:5] if frame[0] == V1 else frame[5:7]
 
 
 def vehicle_in_words(kind: int) -> str:
@@ -79,47 +84,53 @@ def vehicle_in_words(kind: int) -> str:
 
 
 class Overhearing:
-    """Reads whole frames of one vehicle's autopilot. Frames of others and damaged ones are counted in `codec`."""
+    """Reads whole frames of one vehicle's autopilot by the readers of its profile, as the companion does, and more.
+
+    `damaged` counts frames whose checksum is wrong.
+    """
 
     def __init__(self, identity: Identity, profile: Profile) -> None:
-        self._identity = identity
-        self.codec = Codec(identity.system, profile=profile)
-        self._facts = {_HEARTBEAT, *profile.layouts}
+        self.damaged = 0
+        self._make = identity.make
+        self._codec = Codec(identity.system, profile=profile)
+        self._sender = bytes((identity.system, AUTOPILOT))
+        self._readers = {number: (reader.layout, reader.fact) for number, reader in profile.readers.items()}
 
-    def read(self, frame: bytes) -> Iterator[Overheard]:
+    def read(self, frame: bytes) -> Overheard | None:
         """What the frame says, if anything."""
         number = number_of(frame)
-        if number in self._facts:
-            yield from self.codec.facts(frame)
-        elif number in _READERS and _sender(frame) == (self._identity.system, AUTOPILOT):
-            layout, read = _READERS[number]
-            if crc(covered(frame) + EXTRA[layout.crc_extra]) != checksum_of(frame):
-                self.codec.counters.bad += 1
-            else:
-                yield from read(unpacked(layout, payload_of(frame)), self._identity.make)
+        of_profile = self._readers.get(number)
+        if of_profile is None and number not in _READERS and number != _HEARTBEAT:
+            return None
+        if _sender(frame) != self._sender:
+            return None
+        if number == _HEARTBEAT:
+            return next(iter(self._codec.facts(frame)), None)
+        layout = of_profile[0] if of_profile else _READERS[number][0]
+        if crc(covered(frame) + EXTRA[layout.crc_extra]) != checksum_of(frame):
+            self.damaged += 1
+            return None
+        fields = unpacked(layout, payload_of(frame))
+        return of_profile[1](fields) if of_profile else _READERS[number][1](fields, self._make)
 
 
-def _sender(frame: bytes) -> tuple[int, int]:
-    return (frame[3], frame[4]) if frame[0] == mav.PROTOCOL_MARKER_V1 else (frame[5], frame[6])
+def _attitude(fields: tuple[Any, ...], _make: str) -> Attitude:
+    return Attitude(fields[0] * 1000, fields[1:4])
 
 
-def _attitude(fields: tuple[Any, ...], _make: str) -> Iterator[Attitude]:
-    yield Attitude(fields[0] * 1000, fields[1:4])
-
-
-def _attitude_asked(fields: tuple[Any, ...], _make: str) -> Iterator[AttitudeAsked]:
+def _attitude_asked(fields: tuple[Any, ...], _make: str) -> AttitudeAsked:
     stamp_ms, *q, roll, pitch, yaw, _thrust, ignored = fields[:10]
     rates = None if ignored & _NO_RATES else (roll, pitch, yaw)
     angles = None if ignored & mav.ATTITUDE_TARGET_TYPEMASK_ATTITUDE_IGNORE else euler(*q)
-    yield AttitudeAsked(stamp_ms * 1000, angles, rates)
+    return AttitudeAsked(stamp_ms * 1000, angles, rates)
 
 
-def _parameter(fields: tuple[Any, ...], make: str) -> Iterator[Parameter]:
+def _parameter(fields: tuple[Any, ...], make: str) -> Parameter:
     """ArduPilot gives every value as a real number; PX4 the bytes of an integer as those of one."""
     value, _count, _index, name, kind = fields
     said = mav.MAVLink_param_value_message(name, value, kind, 0, 0)
     whole = bytewise(said) if make == PX4 else None
-    yield Parameter(name.rstrip(b"\0").decode("ascii", "replace"), float(value if whole is None else whole))
+    return Parameter(name.rstrip(b"\0").decode("ascii", "replace"), float(value if whole is None else whole))
 
 
 def euler(w: float, x: float, y: float, z: float) -> Axes3:
@@ -138,7 +149,7 @@ _NO_RATES = (
     | mav.ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE
 )
 
-_READERS: dict[int, tuple[Any, Callable[[tuple[Any, ...], str], Iterator[Overheard]]]] = {
+_READERS: dict[int, tuple[Any, Callable[[tuple[Any, ...], str], Overheard]]] = {
     mav.MAVLINK_MSG_ID_ATTITUDE: (mav.MAVLink_attitude_message, _attitude),
     mav.MAVLINK_MSG_ID_ATTITUDE_TARGET: (mav.MAVLink_attitude_target_message, _attitude_asked),
     mav.MAVLINK_MSG_ID_PARAM_VALUE: (mav.MAVLink_param_value_message, _parameter),
