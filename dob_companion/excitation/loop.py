@@ -170,9 +170,8 @@ class ExcitationLoop:
         return taken
 
     def abort(self, reason: Reason) -> None:
-        """End it, if it has not ended; what acts fades."""
-        if not self.outcome:
-            self.outcome, self._at_once = ABORTED + reason.text, reason.at_once
+        """End it, begun or not; what acts fades."""
+        self._ends(reason)
         if not self.injecting:
             self._judge(self.newest_us or 0)
 
@@ -270,7 +269,7 @@ class ExcitationLoop:
         self.gate.takeup.reported(applied.stamp_us, age)
         self.gate.delay.add(applied.stamp_us, self.round_trip.delay_samples(self.dt) if math.isnan(age) else age)
         if self._echo.foreign(applied.stamp_us, age, applied.moment, applied.correction):
-            self._end(Reason("corrections come back changed"))
+            self.abort(Reason("corrections come back changed"))
 
     # What is well and what is not -----------------------------------------------------------------------------
 
@@ -326,8 +325,12 @@ class ExcitationLoop:
     def _end(self, reason: Reason) -> None:
         """What ends it once it has begun, and is waited for before."""
         if self.passages:
-            self.outcome = self.outcome or ABORTED + reason.text
-            self._at_once = self._at_once or reason.at_once
+            self._ends(reason)
+
+    def _ends(self, reason: Reason) -> None:
+        """The first reason is the one that is told; the gravest says how fast it fades."""
+        self.outcome = self.outcome or ABORTED + reason.text
+        self._at_once = self._at_once or reason.at_once
 
     def _heed(self) -> None:
         """The operator's wish is gone: it ends."""

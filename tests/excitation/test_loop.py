@@ -193,6 +193,24 @@ def test_another_controller_that_is_heard_ends_it():
     assert plane.loop.outcome == "aborted: another controller on the link: 1/191"
 
 
+def test_a_correction_that_acts_before_it_has_begun_is_somebody_elses_and_ends_it():
+    plane = hover()
+    plane.fly(100)
+    plane.contained = (0.02, 0.0, 0.0)
+    assert not any(plane.fly(1500))
+    assert plane.loop.outcome == "aborted: corrections come back changed"
+
+
+def test_a_grave_reason_during_a_gentle_end_makes_it_sudden():
+    plane = flown()
+    plane.write("DOB_ENABLE", 0.0)
+    plane.fly(10)
+    plane.pulse = 2000
+    plane.fly(25)  # told at 10 Hz
+    assert not any(plane.fly(60)[26:])
+    assert plane.loop.outcome == "aborted: switched off"
+
+
 def test_before_it_has_begun_a_limit_is_waited_for():
     plane = hover(tilt=degrees(30))
     assert not any(plane.fly(1500))
