@@ -1,9 +1,10 @@
-"""K e^(-s delay) / ((s + pole) (1 + s lag)), times what is known, fitted to a frequency response behind a hold.
+"""K (1 + s lead) e^(-s delay) / ((s + pole) (1 + s lag)), times what is known, fitted to a response behind a hold.
 
 Least squares on the complex misfit, each frequency weighted by its variance. The gain is linear and follows from the
 rest, of either sign, so that a coarse search over the rest finds where to start. Of the structures (with a slow pole
-or an integrator, with a lag or without, flexible modes when asked) that of the least BIC is taken, n ln-likelihood by
-the scatter that the richest one leaves.
+or an integrator, with a lag or without, flexible modes when asked) that of the least BIC is taken, the squares counted
+in units of what the richest one leaves. A lead beside the lag, of either sign, is what the rotors' own inertia does
+when they change speed; it is let in only where the data insist, for with a lag and a delay it is much alike.
 """
 
 import itertools
@@ -21,11 +22,17 @@ from dob_companion.identification.held import held_by_poles
 from dob_companion.identification.result import Complexes, Floats
 
 POLES, LAGS, DELAYS = (0.0, 1.0, 3.0, 8.0), (0.0, 0.01, 0.03, 0.08), (0.0, 0.005, 0.01, 0.02, 0.04, 0.08)
-MOST = np.array([30.0, 0.4, 0.25])
-"""Of slow pole (rad/s), lag and delay (s)."""
-SCALE = np.array([1.0, 0.01, 0.01])
+LEAST, MOST = np.array([0.0, 0.0, 0.0, -0.1]), np.array([30.0, 0.4, 0.25, 0.4])
+"""Of slow pole (rad/s), lag, delay and lead (s)."""
+SCALE = np.array([1.0, 0.01, 0.01, 0.01])
 MODE_DAMPING = 0.05
-POLE, LAG, DELAY = 0, 1, 2
+POLE, LAG, DELAY, LEAD, MODES = 0, 1, 2, 3, 4
+NIL = 1e-5
+"""Of a parameter's scale: what a bound is as good as reached by."""
+LEADS = (-0.01, 0.01, 0.03)
+"""Where the search for one starts."""
+INSIST = 10.0
+"""BIC must be lower by this for a lead."""
 
 
 @cache
@@ -44,11 +51,13 @@ class Data:
     dt: float
 
     def model(self, p: Floats) -> Complexes:
-        """Response of unit gain; p: slow pole, lag, delay, then of each mode frequency, damping of peak and dip."""
+        """Response of unit gain; p: slow pole, lag, delay, lead, then each peak's and its dip's (rad/s, damping)."""
         own = [-p[POLE]] + ([-1.0 / p[LAG]] if p[LAG] > 0.0 else [])
         lead = p[LAG] if p[LAG] > 0.0 else 1.0
         top, poles, known_lead = np.array(self.known.num), _poles(self.known.den), self.known.den[0]
-        for peak, damping, dip, damping_dip in p[3:].reshape(-1, 4):
+        if p[LEAD]:
+            top = np.polymul(top, (p[LEAD], 1.0))
+        for peak, damping, dip, damping_dip in p[MODES:].reshape(-1, 4):
             top = np.polymul(top, (1.0 / dip**2, 2.0 * damping_dip / dip, 1.0))
             lead /= peak**2
             root = 1j * np.sqrt(complex(1.0 - damping**2))
@@ -87,7 +96,8 @@ class Fit:
         """The structure."""
         parts = ["slow pole" if POLE in self.free else "integrator"]
         parts += ["lag"] if LAG in self.free else []
-        modes = (len(self.parameters) - 3) // 4
+        parts += ["lead"] if LEAD in self.free else []
+        modes = (len(self.parameters) - MODES) // 4
         parts += [f"{modes} flexible mode{'s' * (modes > 1)}"] if modes else []
         return ", ".join([*parts, "delay"])
 
@@ -117,23 +127,23 @@ def fit(data: Data, free: Sequence[int], start: Floats, *, fixed: dict[int, floa
     x0 = np.clip(start[at] / scale[at], low + 1e-3 * (high - low), high - 1e-3 * (high - low))
     found = least_squares(residual, x0, bounds=(low, high), xtol=1e-7, ftol=1e-9, gtol=1e-9, max_nfev=60)
     p = start.copy()
-    p[at] = found.x * scale[at]
+    p[at] = np.where(np.abs(found.x) < NIL, 0.0, found.x) * scale[at]
     return Fit(data.gain(p), p, free, float(2.0 * found.cost), data)
 
 
 def _limits(p: Floats) -> tuple[Floats, Floats, Floats]:
     """Scale, most and least of each parameter."""
-    modes = p[3:].reshape(-1, 4)
+    modes = p[MODES:].reshape(-1, 4)
     frequency = np.array([[w, 1.0, v, 1.0] for w, _, v, _ in modes]).ravel()
     scale = np.concatenate([SCALE, np.where(frequency > 1.0, frequency, 0.1)])
     most = np.concatenate([MOST, np.where(frequency > 1.0, 1.5 * frequency, 1.0)])
-    least = np.concatenate([np.zeros(3), np.where(frequency > 1.0, frequency / 1.5, 1e-3)])
+    least = np.concatenate([LEAST, np.where(frequency > 1.0, frequency / 1.5, 1e-3)])
     return scale, most, least
 
 
 def best_start(data: Data) -> Floats:
     """The best of a coarse grid over slow pole, lag and delay."""
-    grid = [np.array(p) for p in itertools.product(POLES, LAGS, DELAYS)]
+    grid = [np.array([*p, 0.0]) for p in itertools.product(POLES, LAGS, DELAYS)]
     return min(grid, key=lambda p: float(np.sum(data.residual(data.gain(p), p) ** 2)))
 
 
@@ -141,18 +151,26 @@ def fit_structures(data: Data, modes: int = 0, start: Floats | None = None) -> t
     """The chosen structure, the richest, and what speaks for the choice. At least six frequencies."""
     begin = best_start(data) if start is None else start
     richest = fit(data, (POLE, LAG, DELAY), begin)
+    led = [fit(data, (POLE, LAG, DELAY, LEAD), richest.parameters, fixed={LEAD: lead}) for lead in LEADS]
+    best = min(led, key=lambda one: one.squares)
+    points = float(np.log(2.0 * len(data.frequency)))
+    if (richest.squares - best.squares) / max(1.0, best.chi2) > INSIST + points:
+        richest = best
     for _ in range(modes):
         richest = _with_mode(richest)
-    beyond = tuple(range(3, len(richest.parameters)))
+    rest = tuple(k for k in richest.free if k not in {POLE, LAG})
+    lags = ((LAG,),) if LEAD in richest.free else ((LAG,), ())
     simpler = [
-        fit(data, (*free, *beyond), richest.parameters, fixed=dict.fromkeys({POLE, LAG} - {*free}, 0.0))
-        for free in ((DELAY,), (POLE, DELAY), (LAG, DELAY))
+        fit(data, (*pole, *lag, *rest), richest.parameters, fixed=dict.fromkeys({POLE, LAG} - {*pole, *lag}, 0.0))
+        for pole in ((POLE,), ())
+        for lag in lags
+        if (*pole, *lag) != (POLE, LAG)
     ]
+    every = (*simpler, richest)
     scatter = max(1.0, richest.chi2)
-    points = np.log(2.0 * len(data.frequency))
-    criterion = [one.squares / scatter + points * (1 + len(one.free)) for one in (*simpler, richest)]
+    criterion = [one.squares / scatter + points * (1 + len(one.free)) for one in every]
     order = np.argsort(criterion)
-    chosen, second = ((*simpler, richest)[k] for k in order[:2])
+    chosen, second = (every[k] for k in order[:2])
     why = f"BIC lower by {criterion[order[1]] - criterion[order[0]]:.3g} than with {second.words}"
     return chosen, richest, why
 
@@ -196,28 +214,30 @@ def spread(richest: Fit) -> Spread:
         p[free] = at[1:]
         return data.residual(richest.gain * at[0], p)
 
-    step = 1e-4 * scale
-    columns = [(residual(x + d) - residual(np.maximum(x - d, 0.0))) / np.sum(x + d - np.maximum(x - d, 0.0))
-               for d in np.diag(step)]  # fmt: skip
+    least = np.concatenate([[0.0], _limits(richest.parameters)[2][free]])
+    columns = []
+    for step in np.diag(1e-4 * scale):
+        above, below = x + step, np.maximum(x - step, least)
+        columns.append((residual(above) - residual(below)) / np.sum(above - below))
     jacobian = np.array(columns).T
     covariance = scatter * np.linalg.pinv(jacobian.T @ jacobian)
     quantile = float(t_distribution.ppf(0.975, max(2, 2 * len(data.frequency) - len(x))))
     deviation = np.sqrt(np.diag(covariance))
     intervals = x[:, None] + quantile * deviation[:, None] * np.array([-1.0, 1.0])
-    if np.any(x[1:4] < 1.3 * quantile * deviation[1:4]):  # near a bound the curvature says little
+    if np.any(x - least < 1.3 * quantile * deviation):  # near a bound the curvature says little
         limit = richest.squares + scatter * quantile**2
         for k in range(len(x)):
             for side in (0, 1):
-                intervals[k, side] = _profiled(richest, k, side, limit, x[k], deviation[k])
+                intervals[k, side] = _profiled(richest, k, side, limit, x[k], deviation[k], least[k])
     parameters = np.repeat(richest.parameters[:, None], 2, axis=1)
-    parameters[free] = np.maximum(intervals[1:], 0.0)
+    parameters[free] = np.maximum(intervals[1:], least[1:, None])
     whole = np.zeros((1 + len(richest.parameters),) * 2)
     whole[np.ix_([0, *(1 + free)], [0, *(1 + free)])] = covariance
     return Spread(whole, np.sort(richest.gain * intervals[0]), parameters)
 
 
-def _profiled(richest: Fit, which: int, side: int, limit: float, at: float, deviation: float) -> float:
-    """Where the sum of squares passes `limit`, all else fitted anew; 0 where it does not before."""
+def _profiled(richest: Fit, which: int, side: int, limit: float, at: float, deviation: float, least: float) -> float:
+    """Where the sum of squares passes `limit`, all else fitted anew; `least` where it does not before."""
     data = richest.data
     start = richest.parameters
 
@@ -232,12 +252,12 @@ def _profiled(richest: Fit, which: int, side: int, limit: float, at: float, devi
     sign, floor = (-1.0 if side == 0 else 1.0), richest.squares
     reach = 2.0 * deviation
     for _ in range(4):
-        value = max(0.0, at + sign * reach)
+        value = max(least, at + sign * reach)
         rise = np.sqrt(max(squares(value) - floor, 0.0) / (limit - floor))
-        if abs(rise - 1.0) < 0.03 or (value == 0.0 and rise <= 1.0):
+        if abs(rise - 1.0) < 0.03 or (value == least and rise <= 1.0):
             return value
         reach = abs(value - at) / max(rise, 0.3)
-    return max(0.0, at + sign * reach)
+    return max(least, at + sign * reach)
 
 
 def _of_gain(richest: Fit, gain: float) -> float:

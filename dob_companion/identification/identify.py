@@ -16,6 +16,8 @@ from dob_companion.identification.bound import bound
 from dob_companion.identification.fit import (
     DELAY,
     LAG,
+    LEAD,
+    MODES,
     POLE,
     Data,
     Fit,
@@ -42,8 +44,8 @@ from dob_companion.identification.result import (
 from dob_companion.identification.segments import USED, Instrument, excited, instruments, segments, states, stretches
 from dob_companion.identification.spectra import Estimate, Layout, Level, Spans, estimate, layouts
 
-FIRST_REFERENCE = np.array([0.03, 0.03, 0.01])
-"""Slow pole, lag and delay that the first pass takes for near enough."""
+FIRST_REFERENCE = np.array([0.03, 0.03, 0.01, 0.0])
+"""Slow pole, lag, delay and lead that the first pass takes for near enough."""
 LEAST_POLE = 0.02
 """Of a reference: a pure integrator of the moment's mean would run away."""
 PARTS = 6
@@ -201,16 +203,14 @@ class _Axis:
     def _judged(self, first: _Seen) -> AxisResult:
         data = self._data(first.estimate, first.reference)
         start = fit(data, (POLE, LAG, DELAY), best_start(data))
-        reference = start.parameters[:3].copy()
+        reference = start.parameters.copy()
         reference[POLE] = max(reference[POLE], LEAST_POLE)
         seen = self._seen(first.instrument, first.spans, reference)
         response = self._response(seen)
         if len(response.frequency) < verdict.BANDS:
             why = f"too little excitation by the {seen.instrument.name}: {verdict.DOUBLETS}"
             return AxisResult(axis=self._name, usable=False, why=why, response=response)
-        chosen, richest, reason = fit_structures(
-            self._data(seen.estimate, reference), self._modes, start.parameters[:3]
-        )
+        chosen, richest, reason = fit_structures(self._data(seen.estimate, reference), self._modes, start.parameters)
         width = spread(richest)
         between, gains = self._between(seen, chosen)
         model = self._model(seen, chosen, richest, width, between, reason)
@@ -325,6 +325,7 @@ class _Axis:
             slow_pole_rad_s=_interval(p[POLE], *width.parameters[POLE]),
             lag_s=_interval(p[LAG], *width.parameters[LAG]),
             delay_s=_interval(p[DELAY] + late, *(width.parameters[DELAY] + late)),
+            lead_s=_interval(p[LEAD], *width.parameters[LEAD]),
             bound=bound(chosen, richest, width, seen.estimate.averages, between),
             modes=_modes(p, width),
             filters=self._known.in_link,
@@ -359,7 +360,7 @@ def _interval(value: float, low: float, high: float) -> Interval:
 
 def _modes(p: Floats, width: Spread) -> tuple[Mode, ...]:
     found = []
-    for k in range(3, len(p), 4):
+    for k in range(MODES, len(p), 4):
         peak, damping, dip, damping_dip = (_interval(p[k + j], *width.parameters[k + j]) for j in range(4))
         found.append(Mode(_hertz(peak), damping, _hertz(dip), damping_dip))
     return tuple(found)

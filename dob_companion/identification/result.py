@@ -53,7 +53,7 @@ class Response:
     averages      independent averages behind each value
     direct        S_yu / S_uu, which wind and noise draw towards -1/C: for comparison only
     inverse_controller   -1/C of the autopilot's rate and attitude loop by its parameters; None where not known
-    instrument    "injected", "attitude setpoint" or "rate setpoint"
+    instrument    "injected signal", "attitude setpoint" or "rate setpoint"
     axes          those that were estimated together, this one first
     """
 
@@ -112,10 +112,11 @@ class Bound:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisModel:
-    """K e^(-s delay) / ((s + slow_pole) (1 + s lag)), times modes, times filters: what the link shows.
+    """K (1 + s lead) e^(-s delay) / ((s + slow_pole) (1 + s lag)), times modes, times filters: what the link shows.
 
     acceleration_per_unit   K, rad/s² per unit of normalized torque, above the slow pole
     slow_pole_rad_s         0 for an integrator, lag_s 0 where none was found; their intervals hold whatever was chosen
+    lead_s                  of the rotors' own inertia, of either sign; 0 unless the data insist, never without a lag
     filters, about_filters  the known part, not fitted: the autopilot's gyro filter as the link shows it, and in words
     structure, why          the form that was chosen, and by what evidence
     misfit                  root mean square of |Ĝ/G - 1| over the band, each frequency weighted by its accuracy
@@ -128,6 +129,7 @@ class AxisModel:
     lag_s: Interval
     delay_s: Interval
     bound: Bound
+    lead_s: Interval = Interval(0.0, 0.0, 0.0)
     modes: tuple[Mode, ...] = ()
     filters: Transfer = NOTHING
     about_filters: tuple[str, ...] = ()
@@ -143,6 +145,8 @@ class AxisModel:
         lag = self.lag_s.value
         whole = Transfer((self.acceleration_per_unit.value,), (1.0, self.slow_pole_rad_s.value))
         whole *= Transfer((1.0,), (lag, 1.0) if lag else (1.0,))
+        if self.lead_s.value:
+            whole *= Transfer((self.lead_s.value, 1.0), (1.0,))
         for mode in self.modes:
             whole *= mode.transfer()
         return whole * self.filters
@@ -178,6 +182,7 @@ class AxisResult:
             "acceleration_per_unit": model.acceleration_per_unit.to_object() if model else None,
             "slow_pole_rad_s": model.slow_pole_rad_s.to_object() if model else None,
             "lag_s": model.lag_s.to_object() if model else None,
+            "lead_s": model.lead_s.to_object() if model else None,
             "delay_s": model.delay_s.to_object() if model else None,
             "usable": self.usable,
             "why": self.why,

@@ -131,6 +131,8 @@ def _about(model: AxisModel) -> Iterator[str]:
     yield f"slow pole {_said(model.slow_pole_rad_s, 1.0)} rad/s" if model.slow_pole_rad_s.value else "an integrator"
     if model.lag_s.value:
         yield f"lag {_said(model.lag_s, 1e3)} ms"
+    if model.lead_s.value:
+        yield f"lead {_said(model.lead_s, 1e3)} ms"
     yield f"delay {_said(model.delay_s, 1e3)} ms"
     for mode in model.modes:
         yield f"mode at {_said(mode.frequency_hz, 1.0)} Hz, damping {_said(mode.damping, 1.0)}"

@@ -136,7 +136,7 @@ class Level:
 
 def layouts(sizes: Sequence[int], dt: float) -> tuple[list[Layout], Floats]:
     """Of all window lengths over stretches of these sizes, samples; and the edges of the bands in Hz."""
-    longest = min(LONGEST_S, max(sizes) * dt / 2.0, sum(sizes) * dt / 6.0)
+    longest = min(LONGEST_S, max(sizes) * dt / 2.5, sum(sizes) * dt / 3.0)
     lengths = [longest]
     while lengths[-1] / 2.0 >= SHORTEST_S:
         lengths.append(lengths[-1] / 2.0)
@@ -221,7 +221,7 @@ def _of_level(level: Level, axis: int) -> tuple[Indices, Estimate]:
     own, deviation = V[:, :, axis], np.sqrt(variance)
     weight = np.sum(np.abs(own * instrument), axis=0)
     estimate = Estimate(
-        frequency=2.0 * np.pi * level.banded(weight * level.layout.hertz) / level.banded(weight),
+        frequency=2.0 * np.pi * level.banded(weight * level.layout.hertz) / np.maximum(level.banded(weight), 1e-300),
         value=H[:, axis],
         deviation=deviation,
         band=deviation * np.sqrt(f_distribution.ppf(0.95, 2.0, 2.0 * np.maximum(left, 1.0))),

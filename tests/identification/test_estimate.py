@@ -97,6 +97,6 @@ def test_a_lag_that_is_not_there_is_not_found_and_its_interval_starts_at_zero():
 def test_the_json_is_plain_numbers_and_words(windy):
     whole = json.loads(json.dumps(windy.to_object()))["axes"]["roll"]
     assert set(whole) == {
-        "acceleration_per_unit", "slow_pole_rad_s", "lag_s", "delay_s", "usable", "why", "gyro_filter",
+        "acceleration_per_unit", "slow_pole_rad_s", "lag_s", "lead_s", "delay_s", "usable", "why", "gyro_filter",
     }  # fmt: skip
     assert set(whole["delay_s"]) == {"value", "low", "high"}
