@@ -4,4 +4,5 @@ import sys
 
 from dob_companion.cli.main import main
 
-sys.exit(main())
+if __name__ == "__main__":  # a process that designs an axis of several imports this too
+    sys.exit(main())

@@ -1,7 +1,9 @@
 """`dob-companion design`: from a spec to a certified design.json."""
 
 import argparse
+import contextlib
 import json
+import os
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,7 +16,9 @@ from dob_companion.errors import SpecError
 from dob_companion.files import read_text, reader_beside, require_place, write_files
 
 if TYPE_CHECKING:
-    from dob_companion.synthesis.tune.tuning import Tuning
+    from collections.abc import Iterator
+
+    from dob_companion.synthesis.tune.tuning import Each, Tuning
 
 
 def add_parser(subparsers: Any) -> None:
@@ -53,11 +57,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def design_into(
-    folder: Path, path: Path, *, auto: bool, order: int | None = None
+    folder: Path, path: Path, *, auto: bool, order: int | None = None, tradeoff: bool = True
 ) -> "tuple[DobDesign, tuple[Tuning, ...]]":
     """Design what the spec at `path` asks, and write design.json, report.html and figures into `folder`.
 
-    Raises SpecError, UnsolvableError and NotCertifiedError; then nothing is written.
+    Without `tradeoff` nothing is said of other limits than those asked for. Raises SpecError, UnsolvableError and
+    NotCertifiedError; then nothing is written.
     """
     from dob_companion.report.design_page import design_report
     from dob_companion.synthesis import design_from_toml
@@ -67,7 +72,7 @@ def design_into(
     created = datetime.now(UTC).isoformat(timespec="seconds")
     spec = read_text(path)
     if auto:
-        found, tunings = _tuned(spec, path, created)
+        found, tunings = _tuned(spec, path, created, tradeoff)
     else:
         found, tunings = design_from_toml(spec, str(path), created, reader_beside(path), largest_order=order), ()
     with numbers_judged(str(path)):
@@ -84,13 +89,30 @@ def certificate_text(design: DobDesign, tunings: "tuple[Tuning, ...]") -> str:
     return "\n\n".join([*map(tuning_table, tunings), design_table(design), *findings])
 
 
-def _tuned(text: str, path: Path, created: str) -> "tuple[DobDesign, tuple[Tuning, ...]]":
+def _tuned(text: str, path: Path, created: str, tradeoff: bool) -> "tuple[DobDesign, tuple[Tuning, ...]]":
     from dob_companion.synthesis.tune.tuning import tuned_design_from_toml
 
     try:
-        return tuned_design_from_toml(text, str(path), created, reader_beside(path), _progress)
+        with _processes() as each:
+            return tuned_design_from_toml(
+                text, str(path), created, reader_beside(path), _progress, tradeoff=tradeoff, each=each
+            )
     finally:
         _progress("")
+
+
+@contextlib.contextmanager
+def _processes() -> "Iterator[Each]":
+    """As `map`, by as many processes as the computer has cores; they begin when the first task comes."""
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of small matrices each process takes one core
+    pool = ProcessPoolExecutor(max_workers=os.cpu_count(), mp_context=get_context("spawn"))
+    try:
+        yield pool.map
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def _objects(design: DobDesign, tunings: "tuple[Tuning, ...]") -> dict[str, Any]:

@@ -194,7 +194,11 @@ def design(spec: Spec, created: str = "") -> DobDesign:
 
     Raises SpecError, UnsolvableError or NotCertifiedError.
     """
-    blocks = tuple(design_block(block, spec.dt, spec.gamma_backoff) for block in spec.blocks)
+    return assembled(spec, tuple(design_block(block, spec.dt, spec.gamma_backoff) for block in spec.blocks), created)
+
+
+def assembled(spec: Spec, blocks: tuple[DobBlock, ...], created: str = "") -> DobDesign:
+    """The design of a spec whose blocks are done."""
     return DobDesign(
         dt=spec.dt,
         delay_samples=spec.delay_samples,

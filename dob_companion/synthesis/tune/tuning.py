@@ -17,15 +17,15 @@ linear interpolation", 1994), once for every row of the trade-off. Deterministic
 certified like any.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from dob_companion.artifact import DobDesign
+from dob_companion.artifact import DobBlock, DobDesign
 from dob_companion.errors import DobError, NotCertifiedError, SpecError, UnsolvableError, placed
-from dob_companion.synthesis.design import design, synthesize
+from dob_companion.synthesis.design import assembled, design_block, synthesize
 from dob_companion.synthesis.numeric import numbers_judged
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import to_state_space, weight_to_state_space
@@ -33,7 +33,7 @@ from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.plant.solvability import require_solvable
 from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.model_file import Reader
-from dob_companion.synthesis.spec.parse import BlockSpec, Model, Spec, Weight, Zpk, parse_spec
+from dob_companion.synthesis.spec.parse import BlockSpec, Model, Weight, Zpk, parse_spec
 from dob_companion.synthesis.tune.search import POLISH_STEPS, Family, Knobs, Limits, Row, Search
 from dob_companion.synthesis.tune.yardstick import Measured, Yardstick
 
@@ -42,11 +42,30 @@ SLACKS = (1.002, 1.02, 1.1)
 
 
 @dataclass(frozen=True, slots=True)
+class Task:
+    """One block of a spec with [auto]."""
+
+    block: BlockSpec
+    dt: float
+    gamma_backoff: float
+    auto: AutoSpec
+    tradeoff: bool
+
+
+class Each(Protocol):
+    """As `map`."""
+
+    def __call__(  # noqa: D102
+        self, function: Callable[[Task], tuple[DobBlock, "Tuning"]], tasks: Iterable[Task], /
+    ) -> Iterable[tuple[DobBlock, "Tuning"]]: ...
+
+
+@dataclass(frozen=True, slots=True)
 class Tuning:
     """How the weights of one block were chosen.
 
     asked, chosen     the limits of [auto], and what the weights found for them measure, solved and certified
-    rows              the trade-off: other limits and what they would give, by rising disk margin
+    rows              the trade-off: other limits and what they would give, by rising disk margin; () when not asked for
     tried             everything that the search measured
     own               the spec's own weights by the same yardstick, when it has any
     disk_margin_off   of the loop without observer
@@ -83,10 +102,15 @@ def tuned_design_from_toml(
     created: str = "",
     read: Reader | None = None,
     progress: Callable[[str], None] = lambda _: None,
+    *,
+    tradeoff: bool = True,
+    each: Each = map,
 ) -> tuple[DobDesign, tuple[Tuning, ...]]:
     """From a spec with an [auto] table to a certified design and how each block was tuned; `progress` hears of blocks.
 
-    `read` fetches the model files that the spec names.
+    `read` fetches the model files that the spec names. Without `tradeoff` no other limits are tried than those asked
+    for, which takes less than half the time. `each` is how a function is applied to all blocks, in their order: as
+    `map` does, or by several processes.
 
     Raises SpecError, UnsolvableError (also when the limits cannot be kept, with the numbers) or NotCertifiedError.
     """
@@ -96,25 +120,32 @@ def tuned_design_from_toml(
             f"{source}: key 'auto' is missing: --auto searches weights for what an [auto] table asks: "
             "disturbance_band_hz, noise_rms and least_disk_margin; without --auto the weights in the spec are used"
         )
-    tunings = []
-    for block in spec.blocks:
-        progress(f"{block.name}: searching weights")
-        tunings.append(tune_block(block, spec.dt, spec.gamma_backoff, spec.auto))
-    return design(with_weights(spec, tunings), created), tuple(tunings)
+    tasks = [Task(block, spec.dt, spec.gamma_backoff, spec.auto, tradeoff) for block in spec.blocks]
+    names = [block.name for block in spec.blocks]
+    blocks, tunings = [], []
+    progress(f"{', '.join(names)}: searching weights")
+    for block, tuning in each(designed_and_tuned, tasks):
+        blocks.append(block)
+        tunings.append(tuning)
+        progress(f"{len(blocks)} of {len(tasks)} designed")
+    return assembled(spec, tuple(blocks), created), tuple(tunings)
 
 
-def with_weights(spec: Spec, tunings: Sequence[Tuning]) -> Spec:
-    """The spec with the chosen weights in place of its own."""
-    blocks = []
-    for block, tuning in zip(spec.blocks, tunings, strict=True):
-        disturbance = Weight(f"{block.where}: weights: disturbance", Model(tuning.disturbance, block.where))
-        own = tuple((i, Model(form, block.where)) for i, form in enumerate(tuning.noise))
-        noise = Weight(f"{block.where}: weights: noise", None, own)
-        blocks.append(replace(block, disturbance=disturbance, noise=noise))
-    return replace(spec, blocks=tuple(blocks))
+def designed_and_tuned(task: Task) -> tuple[DobBlock, Tuning]:
+    """One block, with the weights that were found for it. Raises as `tune_block` and `design_block` do."""
+    tuning = tune_block(task.block, task.dt, task.gamma_backoff, task.auto, tradeoff=task.tradeoff)
+    return design_block(_with_weights(task.block, tuning), task.dt, task.gamma_backoff), tuning
 
 
-def tune_block(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec) -> Tuning:
+def _with_weights(block: BlockSpec, tuning: Tuning) -> BlockSpec:
+    """A block with the chosen weights in place of its own."""
+    disturbance = Weight(f"{block.where}: weights: disturbance", Model(tuning.disturbance, block.where))
+    own = tuple((i, Model(form, block.where)) for i, form in enumerate(tuning.noise))
+    noise = Weight(f"{block.where}: weights: noise", None, own)
+    return replace(block, disturbance=disturbance, noise=noise)
+
+
+def tune_block(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec, *, tradeoff: bool = True) -> Tuning:
     """The weights of one block.
 
     Raises UnsolvableError when there is no observer, or none that keeps the limits (the message says what could be
@@ -122,12 +153,12 @@ def tune_block(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec
     """
     try:
         with numbers_judged():
-            return _tune(block, dt, gamma_backoff, auto)
+            return _tune(block, dt, gamma_backoff, auto, tradeoff)
     except DobError as problem:
         raise placed(problem, block.where) from problem
 
 
-def _tune(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec) -> Tuning:
+def _tune(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec, tradeoff: bool) -> Tuning:
     size = len(block.axes)
     plant = minimal(to_state_space(block.plant, dt, (size, size)))
     controller = minimal(to_state_space(block.controller, dt, (size, size)))
@@ -152,7 +183,7 @@ def _tune(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec) -> 
         )
 
     search.grid()
-    rows = search.rows(asked)
+    rows = search.rows(asked) if tradeoff else ()
     for slack in SLACKS:
         best = search.best(asked.tightened(slack), POLISH_STEPS)
         if best is None:
