@@ -6,9 +6,7 @@ from pathlib import Path
 from shlex import join
 
 _EXTRA_OF = {
-    **dict.fromkeys(
-        ("cvxpy", "clarabel", "control", "scipy", "matplotlib", "jinja2", "markupsafe", "pyulog"), "design"
-    ),
+    **dict.fromkeys(("cvxpy", "clarabel", "control", "scipy", "matplotlib", "jinja2", "markupsafe"), "design"),
     "mavsdk": "mavsdk",
     "rich": "view",
     "sitl": "sitl",

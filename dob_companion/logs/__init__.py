@@ -14,7 +14,7 @@ from dob_companion.logs.px4 import looks_like_ulog, read_ulog
 from dob_companion.logs.table import looks_like_csv, read_csv, read_npz
 from dob_companion.logs.tlog import looks_like_tlog, read_tlog
 
-__all__ = ["read_log"]
+__all__ = ["read_log", "reader_for"]
 
 _BEGIN = 1 << 16
 
@@ -37,21 +37,7 @@ def read_log(path: Path) -> tuple[Record, ...]:
     There is one record for each stretch in which one clock holds. A directory is one of recorded flights: its newest is
     read. Raises InputError (LogError where the content is at fault), one line that names the file and what is wrong.
     """
-    if path.is_dir():
-        return read_dobtrace(path)
-    kind = kind_of(path)
-    with path.open("rb") as file:
-        begin = file.read(_BEGIN)
-    for looks_like, read in _KINDS:
-        if looks_like(begin):
-            return _one_line(read, path)
-    if kind in _READ:
-        raise LogError(f"{path}: seems to be {kind}, but does not begin as one")
-    raise LogError(f"{path}: {kind or 'of no known kind'}, expected {_EXPECTED}")
-
-
-def _one_line(read: Callable[[Path], tuple[Record, ...]], path: Path) -> tuple[Record, ...]:
-    """Errors name the file; damage that no reader foresaw is an error of the file as well."""
+    read = reader_for(path)
     try:
         return read(path)
     except InputError as problem:
@@ -60,3 +46,18 @@ def _one_line(read: Callable[[Path], tuple[Record, ...]], path: Path) -> tuple[R
     except (ArithmeticError, LookupError, ValueError, TypeError, struct.error, MemoryError) as problem:
         words = " ".join(str(problem).split())
         raise LogError(f"{path}: damaged in a way that no reader knows: {type(problem).__name__}: {words}") from None
+
+
+def reader_for(path: Path) -> Callable[[Path], tuple[Record, ...]]:
+    """What reads this kind of file. Raises InputError, one line, when it is of none."""
+    if path.is_dir():
+        return read_dobtrace
+    kind = kind_of(path)
+    with path.open("rb") as file:
+        begin = file.read(_BEGIN)
+    for looks_like, read in _KINDS:
+        if looks_like(begin):
+            return read
+    if kind in _READ:
+        raise LogError(f"{path}: seems to be {kind}, but does not begin as one")
+    raise LogError(f"{path}: {kind or 'of no known kind'}, expected {_EXPECTED}")

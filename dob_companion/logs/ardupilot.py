@@ -41,7 +41,7 @@ _VEHICLES = {
 }  # fmt: skip
 _CLASSES = {
     1: "quadrotor", 2: "hexarotor", 3: "octorotor", 4: "octorotor", 5: "hexarotor", 6: "helicopter", 7: "tricopter",
-    8: "coaxial", 9: "coaxial", 10: "tailsitter", 11: "helicopter", 12: "dodecarotor", 13: "helicopter",
+    8: "coaxial", 9: "coaxial", 10: "tailsitter copter", 11: "helicopter", 12: "dodecarotor", 13: "helicopter",
     14: "decarotor",
 }  # fmt: skip
 
@@ -257,7 +257,7 @@ def _vehicle(log: DataFlash, parameters: dict[str, float]) -> str:
         if name is not None:
             vehicle = _VEHICLES[name]
             if vehicle == "plane" and parameters.get("Q_ENABLE", 0.0) > 0.0:
-                return "VTOL plane"
+                return "vtol plane"
             return _CLASSES.get(round(parameters.get("FRAME_CLASS", 0.0)), vehicle) if "opter" in name else vehicle
     return ""
 

@@ -184,7 +184,7 @@ def _facts(log: ULog, vehicle: str, said: list[str]) -> dict[str, Series]:
     landed = _series(log, "vehicle_land_detected", ("landed",))
     if landed is not None:
         flying = replace(landed, values=1.0 - landed.values)
-        found["flying"] = _hovering(log, flying, said) if vehicle.startswith("VTOL") else flying
+        found["flying"] = _hovering(log, flying, said) if vehicle.startswith("vtol") else flying
     achieved = _series(log, "control_allocator_status", ("torque_setpoint_achieved",))
     limits = _series(log, "multirotor_motor_limits", ("saturation_status",))
     if achieved is not None:

@@ -80,7 +80,7 @@ def vehicle_in_words(kind: int) -> str:
     if kind in _WORDS or known is None:
         return _WORDS.get(kind, "")
     name: str = known.name.removeprefix("MAV_TYPE_").lower().replace("_", " ")
-    return "VTOL" if name.startswith("vtol reserved") else name.replace("vtol", "VTOL")
+    return "vtol" if name.startswith("vtol reserved") else name
 
 
 class Overhearing:

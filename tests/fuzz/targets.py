@@ -3,6 +3,7 @@ either counted, or one of the project's own errors in one line."""
 
 import math
 import struct
+import tempfile
 from pathlib import Path
 
 from pymavlink.dialects.v20 import common as mav
@@ -14,15 +15,18 @@ from dob_companion.errors import DobError
 from dob_companion.files.playback import play_chunks
 from dob_companion.files.trace import SCHEMA, Kind, frame, item, json_item, time_item
 from dob_companion.flightlog.replay import Replay
+from dob_companion.logs import reader_for
 from dob_companion.mavlink import Codec
 from dob_companion.synthesis.spec.parse import parse_spec
 from sitl.flight import Flight
 from sitl.scenario.spec import load
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 from tests.companion.aircraft import small_design
+from tests.logs import writers
 
 ROOT = Path(__file__).parents[2]
 _DESIGN = small_design()
+_SHORT = writers.some_flight(seconds=0.1)
 _VEHICLE = mav.MAVLink(None, srcSystem=1, srcComponent=1)
 _GROUND = mav.MAVLink(None, srcSystem=255, srcComponent=190)
 
@@ -93,8 +97,16 @@ def vehicle(data):
     endpoint.step()
 
 
+def log(data):
+    """A log or table of any kind, by the reader for it: what that does not foresee must not reach its last resort."""
+    with tempfile.TemporaryDirectory() as directory:
+        path = Path(directory) / "log"
+        path.write_bytes(data)
+        _refused(lambda: reader_for(path)(path))
+
+
 TARGETS = {
-    f.__name__: f for f in (codec, companion, design_file, configuration, settings, spec, trace, framed, vehicle)
+    f.__name__: f for f in (codec, companion, design_file, configuration, settings, spec, trace, framed, vehicle, log)
 }
 
 
@@ -108,6 +120,7 @@ def seeds(name):
         "spec": [path.read_bytes() for path in sorted((ROOT / "examples").glob("*.toml"))],
         "trace": [frame([json_item(Kind.HEADER, _header())]) + frame([time_item(Kind.TIME, 1.0)])],
         "framed": [item(Kind.RECEIVED, _heartbeat()), json_item(Kind.CHECKPOINT, {"loop.shaper.f": 0.5})],
+        "log": [writers.copter(*_SHORT).data, writers.quad(*_SHORT).data, b"time_s,roll_rate\n0.1,\n"],
     }
     return texts.get(name, [*wire, b"".join(bytes([len(m)]) + m for m in wire if len(m) < 256)])
 

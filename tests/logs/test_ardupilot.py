@@ -166,6 +166,13 @@ def test_a_vehicle_that_is_no_copter_says_so(tmp_path, firmware, vehicle):
     assert record.vehicle == vehicle
 
 
+def test_a_plane_with_lifting_rotors_is_a_vtol(tmp_path):
+    log = writers.copter(TIMES, RATES, MOMENT, firmware="ArduPlane V4.5.1")
+    log.write("PARM", 1, b"Q_ENABLE", 1.0)
+    (record,) = read(tmp_path, log)
+    assert record.vehicle == "vtol plane"
+
+
 def test_a_clock_that_begins_anew_gives_two_records(tmp_path):
     again = [*range(500), *range(200)]
     times = np.concatenate((TIMES, TIMES[:200] - 5.0))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dob_companion.errors import InputError
-from dob_companion.logs import _KINDS, read_log
+from dob_companion.logs import reader_for
 from tests.ardupilot.recorded import DATA
 from tests.logs import writers
 
@@ -45,10 +45,8 @@ KINDS = {
 
 def holds(path):
     """Number of samples read; 0 where the file was refused. No reader's own exception reaches the last resort."""
-    begin = path.read_bytes()[: 1 << 16]
-    read = next((reader for looks_like, reader in _KINDS if looks_like(begin)), read_log)
     try:
-        records = read(path)
+        records = reader_for(path)(path)
     except InputError as problem:
         refused = str(problem)
     else:

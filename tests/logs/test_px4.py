@@ -74,6 +74,15 @@ def test_a_plane_says_so(tmp_path):
     assert record.vehicle == "plane"
 
 
+def test_a_vtol_that_flies_as_a_plane_is_not_in_hover(tmp_path):
+    log = writers.quad(TIMES, RATES, MOMENT, system_type=20)
+    log.write("vehicle_status", round(1e6 * TIMES[0]) + 1_000_000, 2, 20, 2)
+    (record,) = read(tmp_path, log.data)
+    assert record.vehicle == "vtol quadrotor"
+    assert record.flying.at(np.array([0.9, 1.1])).tolist() == [True, False]
+    assert any("flies as a plane for a while" in line for line in record.remarks)
+
+
 def test_stamps_out_of_order_are_put_in_order_and_doubles_dropped(tmp_path):
     order = [*range(100), 101, 100, *range(102, 200), 199, *range(200, 500)]
     (record,) = read(tmp_path, writers.quad(TIMES[order], RATES[order], MOMENT[order]).data)

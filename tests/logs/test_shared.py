@@ -87,7 +87,7 @@ def test_the_same_with_a_stamp_that_goes_back_is_the_same_record():
 def test_one_whose_span_reads_1174_s_lasts_six_and_a_half():
     (record,) = read_log(log("pyulog_small.ulg"))
     assert record.rates.time[-1] == pytest.approx(6.5, abs=0.01)
-    assert record.vehicle.startswith("VTOL")
+    assert record.vehicle.startswith("vtol")
     assert record.rates_filtered is True
 
 
