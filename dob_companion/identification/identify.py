@@ -215,8 +215,9 @@ class _Axis:
         between, gains = self._between(seen, chosen)
         model = self._model(seen, chosen, richest, width, between, reason)
         why = (
-            verdict.not_trusted(model, between, gains)
+            verdict.not_one_aircraft(model, between, gains)
             or verdict.not_covered(response, self._crossover(chosen))
+            or verdict.not_known(model)
             or self._known.doubt
         )
         return AxisResult(

@@ -88,14 +88,19 @@ def not_covered(response: Response, crossover_hz: float) -> str:
     return ""
 
 
-def not_trusted(model: AxisModel, between: float, gains: Floats) -> str:
-    """Why a model is no good; "" where it is."""
-    gain, delay = model.acceleration_per_unit, model.delay_s
-    if gain.value <= 0.0:
+def not_one_aircraft(model: AxisModel, between: float, gains: Floats) -> str:
+    """Why a model cannot be an aircraft's, or not one's throughout; "" where it can."""
+    if model.acceleration_per_unit.value <= 0.0:
         return "the gain is negative: a sign is flipped, or axes are swapped, or this shows the controller"
     if between > APART:
         said = ", ".join(f"{value:.3g}" for value in gains)
         return f"the gain differs between segments ({said} rad/s² per unit): payload, battery or scaling changed"
+    return ""
+
+
+def not_known(model: AxisModel) -> str:
+    """Why a model is known too badly; "" where it is not."""
+    gain, delay = model.acceleration_per_unit, model.delay_s
     if gain.low <= 0.0 or gain.high > WIDE * gain.low:
         return f"the gain is known too badly ({gain.low:.3g} to {gain.high:.3g}): excite longer or stronger"
     if delay.high - delay.low > LATE_S:

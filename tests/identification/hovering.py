@@ -52,8 +52,9 @@ class Flight:
     rate_asked: np.ndarray
 
 
-def fly(axes, seconds: float, seed: int, *, rate_hz: float = 250.0, coupling: float = 0.0, band=(0.15, 25.0)) -> Flight:
-    """Three axes in hover. `coupling`: how much of each neighbour's moment moves an axis, of its own gain."""
+def fly(axes, seconds: float, seed: int, *, rate_hz=250.0, coupling=0.0, band=(0.15, 25.0), moved=None) -> Flight:
+    """Three axes in hover. `coupling`: how much of each neighbour's moment moves an axis, of its own gain. Injected is
+    random over `band` (Hz), or `moved` (n, 3), each of the axis' rms."""
     rng = np.random.default_rng(seed)
     n, dt = int(seconds * rate_hz), 1.0 / rate_hz
     w = 2.0 * np.pi * np.fft.rfftfreq(n, dt)
@@ -72,7 +73,11 @@ def fly(axes, seconds: float, seed: int, *, rate_hz: float = 250.0, coupling: fl
         return np.fft.rfft(rng.standard_normal((n, 3)), axis=0)
 
     hertz = w[:, None] / (2.0 * np.pi)
-    injected = white() / np.sqrt(hertz) * ((hertz >= band[0]) & (hertz <= band[1]))
+    injected = (
+        np.fft.rfft(moved, axis=0)
+        if moved is not None
+        else white() / np.sqrt(hertz) * ((hertz >= band[0]) & (hertz <= band[1]))
+    )
     injected *= np.array([axis.injected for axis in axes]) / np.maximum(_rms(injected, n), 1e-12)
     pilot = white() / (1.0 + (hertz / 0.7) ** 2) ** 1.0
     pilot *= np.array([axis.pilot for axis in axes]) / _rms(pilot, n)

@@ -1,0 +1,93 @@
+"""What yields no model to design by, and what is said of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from dob_companion.identification.identify import identify
+from dob_companion.identification.record import Facts, Signal
+from tests.identification.hovering import Axis, fly, record
+
+HOVER = Axis(injected=0.0, wind=3.0)
+SOURCE_KNOWS = {
+    "ATC_RAT_RLL_P": 0.08, "ATC_RAT_RLL_I": 0.05, "ATC_RAT_RLL_D": 0.0, "ATC_RAT_RLL_FLTE": 0.0,
+    "ATC_RAT_RLL_FLTD": 0.0, "ATC_ANG_RLL_P": 4.0, "SCHED_LOOP_RATE": 400.0, "INS_GYRO_FILTER": 0.0,
+}  # fmt: skip
+EXCITED = fly([Axis(wind=1.0)] * 3, 30, 11)
+NEVER = Facts(np.zeros(1), np.zeros(1, bool))
+
+
+def thinned(signal, step):
+    return Signal(signal.time[::step], signal.values[::step])
+
+
+def refused(whole, axis="roll", **more):
+    found = identify(whole, axes=(axis,), **more)
+    assert found.usable == ()
+    assert "\n" not in found.axes[axis].why
+    return found.axes[axis].why
+
+
+WHOLE = record(EXCITED)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"moment": thinned(WHOLE.moment, 5)}, "moment at 50 Hz is too slow"),
+        ({"rates": thinned(WHOLE.rates, 10)}, "gyro at 25 Hz is too slow"),
+        ({"armed": NEVER}, "disarmed throughout"),
+        ({"flying": NEVER}, "never in flight"),
+        ({"vehicle": "rover"}, "does not hover"),
+        ({"vehicle": "plane"}, "does not hover"),
+        ({"saturated": Facts(np.zeros(1), np.ones(1, bool))}, "saturated throughout"),
+        ({"rates": replace(WHOLE.rates, values=-WHOLE.rates.values)}, "negative"),
+        ({"rates": replace(WHOLE.rates, values=np.roll(WHOLE.rates.values, 1, axis=1))}, "axes swapped"),
+        ({"moment": replace(WHOLE.moment, values=np.roll(WHOLE.moment.values, 1, axis=1))}, "axes swapped"),
+        ({"moment": replace(WHOLE.moment, values=0.0 * WHOLE.moment.values)}, "never changes"),
+        ({"rates": replace(WHOLE.rates, values=np.where(WHOLE.rates.values > 1e9, 0.0, np.nan))}, "not finite"),
+        ({"injected": None, "rate_setpoint": None}, "no excitation"),
+        ({"make": "ArduPilot", "rates_filtered": False}, "INS_GYRO_FILTER is missing"),
+    ],
+)
+def test_it_is_refused_with_the_reason(changes, words):
+    assert words in refused(replace(WHOLE, **changes))
+
+
+def test_a_record_of_holes_is_refused():
+    kept = np.arange(len(WHOLE.rates.time)) % 500 < 490
+    holed = Signal(WHOLE.rates.time[kept], WHOLE.rates.values[kept])
+    assert "full of holes" in refused(replace(WHOLE, rates=holed))
+
+
+def test_hover_in_wind_shows_the_controller_and_is_refused_with_and_without_its_gains():
+    whole = record(fly([HOVER] * 3, 60, 12))
+    assert "follows the aircraft" in refused(whole)
+    known = replace(whole, make="ArduPilot", vehicle="quadrotor", rates_filtered=True, parameters=SOURCE_KNOWS)
+    assert "-1/C" in refused(known)
+
+
+def test_a_disturbance_observer_that_moves_the_moment_is_no_instrument():
+    flight = fly([HOVER] * 3, 60, 13)
+    slow = np.cumsum(flight.y, axis=0) * flight.dt
+    whole = record(flight)
+    fed_back = Signal(whole.rates.time, -0.05 * flight.y - 0.2 * slow)
+    assert "injected signal follows the aircraft" in refused(replace(whole, injected=fed_back, rate_setpoint=None))
+
+
+def test_a_band_without_the_crossover_is_too_narrow():
+    narrow = record(fly([Axis(wind=1.0)] * 3, 40, 14, band=(0.5, 2.5)), rate_setpoint=None)
+    assert "are seen, up to" in refused(narrow)
+
+
+def test_a_gain_that_changes_on_the_way_is_refused():
+    first, second = (fly([Axis(wind=0.5, gain=gain)] * 3, 30, 15) for gain in (150.0, 300.0))
+    both = replace(first, **{name: np.concatenate([getattr(first, name), getattr(second, name)])
+                             for name in ("y", "u", "r", "asked", "rate_asked")})  # fmt: skip
+    assert "differs between segments" in refused(record(both))
+
+
+def test_an_unknown_filter_state_is_no_design():
+    whole = replace(WHOLE, make="ArduPilot", parameters=SOURCE_KNOWS | {"INS_GYRO_FILTER": 20.0})
+    assert "does not tell whether its rates have passed" in refused(whole)
