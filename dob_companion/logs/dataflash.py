@@ -210,17 +210,22 @@ class TextLog:
         self._rows: dict[str, list[list[str]]] = {}
         self._places: dict[str, list[int]] = {}
         damaged = 0
-        for place, fields in enumerate(_lines(data)):
-            name = fields[0]
-            if name == "FMT" and len(fields) > 5:
-                self._columns[fields[3]] = tuple(fields[5:])
-            elif name in wanted:
-                columns = self._columns.get(name)
-                fits = columns is not None and (len(fields) == len(columns) + 1 or name == "MSG")
-                damaged += not fits
-                if fits:
-                    self._rows.setdefault(name, []).append(fields[1:])
-                    self._places.setdefault(name, []).append(place)
+        for place, line in enumerate(data.decode("latin-1").splitlines()):
+            name = line.partition(",")[0].strip()
+            if name != "FMT" and name not in wanted:
+                continue
+            fields = [field.strip() for field in line.split(",")]
+            if name == "FMT":
+                if len(fields) > 5:
+                    self._columns[fields[3]] = tuple(fields[5:])
+                continue
+            columns = self._columns.get(name)
+            more = -1 if columns is None else len(fields) - len(columns) - 1
+            fits = more == 0 or (more > 0 and name == "MSG")  # its text may have commas
+            damaged += not fits
+            if fits:
+                self._rows.setdefault(name, []).append(fields[1:])
+                self._places.setdefault(name, []).append(place)
         if damaged:
             self.remarks.append(f"{damaged} lines that are not as declared left out")
 
@@ -242,12 +247,6 @@ class TextLog:
             return [row[at] for row in rows]
 
         return Table(np.array(self._places[name], np.int64), columns, numbers, texts, {})
-
-
-def _lines(data: bytes) -> Iterator[list[str]]:
-    for line in data.decode("latin-1").splitlines():
-        if line.strip():
-            yield [field.strip() for field in line.split(",")]
 
 
 def _number(word: str) -> float:

@@ -77,8 +77,7 @@ class _Collector:
                 self.settings.append((place, name, value))
             case Heartbeat() if fact.make and fact.system == self._system:
                 self._fact("armed", place, fact.armed)
-                if fact.status in self._landed.standing_by:
-                    self._fact("flying", place, False)
+                self._fact("standing", place, fact.status in self._landed.standing_by)
             case FlightState() if fact.landed is not Landed.UNKNOWN:
                 self._fact("flying", place, fact.landed is not Landed.ON_GROUND)
 
@@ -123,7 +122,16 @@ def records_of(heard: Callable[[], Iterator[Heard]], source: str, remarks: Itera
     return records(_found(collector, identity, source, tuple(said)))
 
 
+def _flying(collector: _Collector, make: str) -> None:
+    """What the vehicle says of its flight; where it does not, ArduPilot's heartbeat tells: active is in the air."""
+    standing = collector.facts.pop("standing", None)
+    if "flying" not in collector.facts and standing is not None and make == ARDUPILOT:
+        places, holds = standing
+        collector.facts["flying"] = places, [not stands for stands in holds]
+
+
 def _found(collector: _Collector, identity: Identity, source: str, remarks: tuple[str, ...]) -> Found:
+    _flying(collector, identity.make)
     signals = {name: rows.series() for name, rows in collector.signals.items()}
     rates, moment = signals.pop("rates"), signals.pop("moment")
     return Found(

@@ -121,6 +121,20 @@ def test_integers_of_px4_s_parameters_are_integers(tmp_path):
     assert record.parameters == {"IMU_INTEG_RATE": 250.0}
 
 
+@pytest.mark.parametrize(("make", "flies"), [(3, [False, True]), (12, None)])
+def test_without_a_word_of_landing_only_ardupilot_s_heartbeat_tells_of_flight(tmp_path, make, flies):
+    """ArduPilot's is active in the air only, PX4's whenever it is armed."""
+    said = flight(0, 200)
+    applied = [
+        bytes(mav.MAVLink_debug_float_array_message(4000 * k, b"DOB_ACT", 0, [0.1] * 8 + [0.0] * 50).pack(VEHICLE))
+        for k in range(200)
+    ]
+    ground, air = (bytes(mav.MAVLink_heartbeat_message(2, make, 209, 0, state, 3).pack(VEHICLE)) for state in (3, 4))
+    (record,) = read_log(write(tmp_path / "x.tlog", [ground, *said[1:200], air, *said[200:], *applied]))
+    told = None if record.flying is None else record.flying.at(np.array([0.1, 0.7])).tolist()
+    assert told == flies
+
+
 def test_a_log_without_a_heartbeat_or_without_moments_is_refused(tmp_path):
     said = flight(0, 50)
     with pytest.raises(LogError, match="no HEARTBEAT of an autopilot"):
