@@ -35,7 +35,8 @@ def peaks_off(scenario: Scenario, seed: int, scale: Vector, build: Builder | Non
 def disturbance_scale(scenario: Scenario, seed: int, build: Builder | None = None) -> Vector:
     """Size of the disturbance per axis that gives the scenario's error peaks: see `Flight`.
 
-    `build` makes the aircraft, by default the scenario's own.
+    `build` makes the aircraft, by default the scenario's own. Beyond the disturbance's `largest` it is not made
+    stronger, however small the peaks are then.
 
     Fixed-point iteration over whole flights of the vehicle itself, each axis scaled by wanted over found, with smaller
     steps when that leads astray: a linear vehicle takes a handful of flights, axes that share rotors some more. Raises
@@ -44,8 +45,8 @@ def disturbance_scale(scenario: Scenario, seed: int, build: Builder | None = Non
     if scenario.disturbance is None:
         return (0.0, 0.0, 0.0)
     wanted = np.array(scenario.disturbance.peak_attitude_error)
-    disturbed = wanted > 0.0
-    scale = np.where(disturbed, 0.05, 0.0)  # a start within reach: a twentieth of full torque, or of a Nm
+    disturbed, largest = wanted > 0.0, scenario.disturbance.largest
+    scale = np.where(disturbed, min(0.05, largest), 0.0)  # within reach: a twentieth of full torque, or of a Nm
     step, before = 1.0, np.inf
     for _ in range(MAX_FLIGHTS):
         try:
@@ -53,11 +54,12 @@ def disturbance_scale(scenario: Scenario, seed: int, build: Builder | None = Non
         except FlightFailedError:  # it came down
             break
         share = wanted[disturbed] / found[disturbed]
-        astray = float(np.abs(np.log(share)).max())
+        held = (scale[disturbed] >= largest) & (share > 1.0)  # as strong as it may be
+        astray = float(np.abs(np.log(np.where(held, 1.0, share))).max())
         if astray < TOLERANCE:
             return float(scale[0]), float(scale[1]), float(scale[2])
         if astray > 0.7 * before:
             step *= 0.7
         before = astray
-        scale[disturbed] *= share**step
+        scale[disturbed] = np.minimum(scale[disturbed] * share**step, largest)
     raise FlightFailedError(f"no disturbance gives error peaks of {wanted.tolist()} rad; expected smaller ones")

@@ -2,10 +2,10 @@
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
+from dob_companion.cli.console import progress
 from dob_companion.errors import InputError
 from dob_companion.files import read_text, reader_beside, require_place, write_files
 
@@ -43,12 +43,12 @@ def run(args: argparse.Namespace) -> int:
     if args.out:
         require_place(args.out)
     try:
-        _progress("designing")
+        progress("designing")
         with numbers_judged(str(args.spec)):
             design = design_from_toml(text, str(args.spec), read=reader_beside(args.spec))
-            axes = compare(design, args.seeds, str(args.spec), _progress)
+            axes = compare(design, args.seeds, str(args.spec), progress)
     finally:
-        _progress("")
+        progress("")
     found = json.dumps(comparison_object(axes), ensure_ascii=False, indent=1)
     written = _write(args.out, found, axes, args.spec.name) if args.out else ()
     print(found if args.json else "\n\n".join([*map(comparison_table, axes), RULE]))
@@ -67,9 +67,3 @@ def _write(out: Path, found: str, axes: Any, title: str) -> tuple[str, ...]:
     }
     write_files(out, files)
     return tuple(str(out / name) for name in files)
-
-
-def _progress(text: str) -> None:
-    """What is at work, on one line of a terminal that the next replaces; nothing in a pipe."""
-    if sys.stderr.isatty():
-        print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)

@@ -78,6 +78,12 @@ def complain(text: str) -> None:
         print(f"dob-companion: {' '.join(text.split())}", file=sys.stderr, flush=True)
 
 
+def progress(text: str) -> None:
+    """What is at work, on one line of a terminal that the next replaces ("" clears it); nothing in a pipe."""
+    if sys.stderr.isatty():
+        print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+
+
 def _takes_more(stream: TextIO) -> bool:
     try:
         return bool(select.select([], [stream], [], PATIENCE_S)[1])

@@ -4,12 +4,12 @@ import argparse
 import contextlib
 import json
 import os
-import sys
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dob_companion.artifact import DobDesign, certificate_object, design_table, dumps
+from dob_companion.cli.console import progress
 from dob_companion.cli.robustness import robustness_words
 from dob_companion.cli.tradeoff import tuning_object, tuning_table
 from dob_companion.errors import SpecError
@@ -95,10 +95,10 @@ def _tuned(text: str, path: Path, created: str, tradeoff: bool) -> "tuple[DobDes
     try:
         with _processes() as each:
             return tuned_design_from_toml(
-                text, str(path), created, reader_beside(path), _progress, tradeoff=tradeoff, each=each
+                text, str(path), created, reader_beside(path), progress, tradeoff=tradeoff, each=each
             )
     finally:
-        _progress("")
+        progress("")
 
 
 @contextlib.contextmanager
@@ -121,12 +121,6 @@ def _objects(design: DobDesign, tunings: "tuple[Tuning, ...]") -> dict[str, Any]
     for tuning in tunings:
         objects[tuning.name]["tuning"] = tuning_object(tuning)
     return objects
-
-
-def _progress(text: str) -> None:
-    """What is at work, on one line of a terminal that the next replaces; nothing in a pipe."""
-    if sys.stderr.isatty():
-        print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
 
 
 def _states(text: str) -> int:

@@ -23,7 +23,7 @@ def remedy(missing: ModuleNotFoundError, command: str) -> str | None:
     extra = _EXTRA_OF.get(name)
     if extra is None:
         return None
-    extra = "demo" if command == "demo" else extra
+    extra = "demo" if command in ("demo", "rehearse") else extra
     if not (_TOP / "pyproject.toml").exists():
         return f"{name} is not installed; install dob-companion again, with its extra [{extra}]"
     here = Path.cwd() == _TOP

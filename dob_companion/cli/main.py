@@ -69,6 +69,7 @@ def command_modules() -> tuple[ModuleType, ...]:
         identify,
         inspect,
         param,
+        rehearse,
         replay,
         report,
         run,
@@ -77,7 +78,7 @@ def command_modules() -> tuple[ModuleType, ...]:
     )
 
     return (
-        *(demo, excite, identify, spec, design, inspect, compare),
+        *(demo, excite, identify, spec, design, inspect, rehearse, compare),
         *(doctor, check, run, param, status, replay, report),
     )
 

@@ -4,8 +4,9 @@ import json
 import subprocess
 import sys
 from dataclasses import dataclass
+from typing import Any
 
-from dob_companion.errors import InputError
+from dob_companion.errors import FlightFailedError, InputError
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,15 +19,22 @@ class Scenario:
     checks: int
 
 
-def scenario_of(asked: str) -> Scenario:
-    """Ask the vehicle. Raises InputError for one that it does not know, or that has no off and on to compare."""
+def told_by_vehicle(arguments: list[str]) -> dict[str, Any]:
+    """What `python -m sitl … --about` prints. Raises InputError or FlightFailedError with the vehicle's own words."""
     told = subprocess.run(
-        [sys.executable, "-m", "sitl", "--about", "--", asked], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "sitl", "--about", *arguments], capture_output=True, text=True, check=False
     )
     if told.returncode:
         words = told.stderr.strip().splitlines()
-        raise InputError(words[-1].removeprefix("sitl: ") if words else f"scenario {asked}: the vehicle says nothing")
-    about = json.loads(told.stdout)
+        said = words[-1].removeprefix("sitl: ") if words else f"{' '.join(arguments)}: the vehicle says nothing"
+        raise FlightFailedError(said) if told.returncode == 1 else InputError(said)
+    about: dict[str, Any] = json.loads(told.stdout)
+    return about
+
+
+def scenario_of(asked: str) -> Scenario:
+    """Ask the vehicle. Raises InputError for one that it does not know, or that has no off and on to compare."""
+    about = told_by_vehicle(["--", asked])
     if about["seconds"] is None:
         raise InputError(
             f"scenario {asked} has no windows, so there is no off and on to compare; it is flown by hand: "

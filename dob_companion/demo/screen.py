@@ -73,6 +73,28 @@ class PlainScreen:
         """Nothing is left to do."""
 
 
+class Silent:
+    """Shows nothing."""
+
+    def act(self, name: str, about: str) -> None:
+        """Nothing."""
+
+    def certificate(self, design: DobDesign) -> None:
+        """Nothing."""
+
+    def text(self, text: str) -> None:
+        """Nothing."""
+
+    def telemetry(self, telemetry: Telemetry | None) -> None:
+        """Nothing."""
+
+    def note(self, text: str) -> None:
+        """Nothing."""
+
+    def done(self) -> None:
+        """Nothing."""
+
+
 class LiveScreen:
     """A view that stays in place: acts and texts above, state, rate, delay and d_hat bars below."""
 

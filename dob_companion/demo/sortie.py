@@ -22,7 +22,8 @@ TURN_S = 0.1
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sortie:
     """What is flown: the design, where the vehicle's results and both logs go, the scenario by name or path, the
-    link's delay in samples, and the aircraft file of a vehicle other than the scenario's own."""
+    link's delay in samples, and the aircraft file of a vehicle other than the scenario's own. `ports` are the
+    companion's and the ground station's, any that are free without them; `drawn` leaves the vehicle's own figure."""
 
     design: Path
     out: Path
@@ -31,6 +32,8 @@ class Sortie:
     clock: str
     delay: int
     aircraft: Path | None = None
+    ports: tuple[int, int] | None = None
+    drawn: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +57,14 @@ class Watched:
 
 def fly_sortie(sortie: Sortie, screen: Screen) -> None:
     """Fly it to its end: result.json, flight.npz and two logs are in its directory then. Raises FlightFailedError."""
-    companion_port, ground_port = free_udp_ports(2)
+    companion_port, ground_port = sortie.ports or free_udp_ports(2)
     companion_log, vehicle_log = sortie.out / "companion.log", sortie.out / "vehicle.log"
     companion_arguments = ["run", "--design", str(sortie.design), "--link", f"udpin:127.0.0.1:{companion_port}"]
     vehicle_arguments = [sortie.scenario, "--clock", sortie.clock, "--seed", str(sortie.seed), "--await-arming"]
     vehicle_arguments += ["--delay", str(sortie.delay)]
     vehicle_arguments += ["--link", f"udpout:127.0.0.1:{companion_port}", "--gcs", f"udpout:127.0.0.1:{ground_port}"]
     vehicle_arguments += ["-o", str(sortie.out)]
+    vehicle_arguments += [] if sortie.drawn else ["--no-figure"]
     if sortie.aircraft is not None:
         vehicle_arguments += ["--aircraft", str(sortie.aircraft)]
     with (
@@ -71,20 +75,21 @@ def fly_sortie(sortie: Sortie, screen: Screen) -> None:
             Watched("vehicle", vehicle, vehicle_log, sortie.out / "result.json"),
             Watched("companion", companion, companion_log),
         )
-        with _connected(LinkUrl("udpin", "127.0.0.1", ground_port), *flying) as station:
+        with _connected(LinkUrl("udpin", "127.0.0.1", ground_port), screen, *flying) as station:
             _serve_ground(station, screen, *flying)
         if stop(companion) != 0:
             raise FlightFailedError(f"companion: {last_line(companion_log)} (see {companion_log})")
     screen.note(last_line(companion_log).partition("info")[2].strip())
 
 
-def _connected(url: LinkUrl, *flying: Watched) -> GroundStation:
+def _connected(url: LinkUrl, screen: Screen, *flying: Watched) -> GroundStation:
     """A ground station that has heard the vehicle, which first works out how strong its disturbance must be."""
     give_up = time.monotonic() + START_S
     while True:
         try:
             return GroundStation(url, CONNECT_S)
         except NoVehicleError:
+            screen.telemetry(None)
             if time.monotonic() > give_up or not all(each.running() for each in flying):
                 raise
 

@@ -11,8 +11,8 @@ _ROWS = (1.0, 1.0, 1.0)
 _ZOOM_S = 4.0
 
 
-def overview(trace: FlightTrace) -> Chart:
-    """The attitude error of the whole flight, both windows in their colours, the switch marked."""
+def overview(trace: FlightTrace, key: str = "overview") -> Chart:
+    """The attitude error of the whole flight, both windows in their colours, the switch marked; `key` names it."""
     start, stop = trace.rows("off").start, trace.rows("on").stop
     whole, off, on = slice(start, stop), trace.rows("off"), trace.rows("on")
     between = slice(off.stop - 1, on.start + 1)
@@ -32,7 +32,7 @@ def overview(trace: FlightTrace) -> Chart:
     alt = (
         "Attitude error of roll, pitch and yaw over the whole flight: large with the observer off, small once it is on."
     )
-    return Chart("overview", alt, tuple(panels), _WIDTH, 560, row_heights=_ROWS)
+    return Chart(key, alt, tuple(panels), _WIDTH, 560, row_heights=_ROWS)
 
 
 def switch_time(trace: FlightTrace) -> float:

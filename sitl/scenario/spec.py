@@ -1,6 +1,7 @@
 """Scenario files: TOML to frozen dataclasses, with errors that name file, key and what was expected."""
 
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 from sitl.attitude import Vector
@@ -31,13 +32,15 @@ class Disturbance:
     """A disturbance, and the attitude error peaks (rad) it causes with no observer.
 
     It is white noise through a low-pass of `bandwidth_hz`, or a `pull`. It is the paper's d, normalized torque at the
-    plant's input, unless it acts as an outer `moment` on the body, Nm.
+    plant's input, unless it acts as an outer `moment` on the body, Nm. `largest` is how strong it may be made for those
+    peaks, in the unit of `Flight`'s scale.
     """
 
     bandwidth_hz: float
     peak_attitude_error: Vector
     pull: Pull | None = None
     moment: bool = False
+    largest: float = inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +152,8 @@ def _disturbance(table: Table) -> Disturbance:
     else:
         peaks = table.table("peak_attitude_error_rad").axes(1e-4, 1.0)
     moment = table.choice("acts_as", ("torque", "moment"), "torque") == "moment"
-    result = Disturbance(bandwidth_hz, peaks, _pull(pull) if pull else None, moment)
+    largest = table.number("largest_rms", 1e-6, 1e3) if table.has("largest_rms") else inf
+    result = Disturbance(bandwidth_hz, peaks, _pull(pull) if pull else None, moment, largest)
     table.finish()
     return result
 

@@ -92,3 +92,18 @@ def test_peaks_beyond_the_torque_there_is_are_refused(tmp_path):
     path.write_text(SHORT.replace("pitch = 0.12", "pitch = 0.99"))
     with pytest.raises(FlightFailedError, match="smaller"):
         disturbance_scale(load(str(path)), 1)
+
+
+def test_a_disturbance_is_made_no_stronger_than_the_scenario_allows(tmp_path):
+    """The axis that needs most gets less than it needs; the others come to their peaks."""
+    path = tmp_path / "held.toml"
+    path.write_text(SHORT)
+    free = disturbance_scale(load(str(path)), 1)
+    limit = 0.9 * max(free)
+    path.write_text(SHORT.replace("[windows]", f"largest_rms = {limit}\n[windows]"))
+    held = load(str(path))
+    scale = disturbance_scale(held, 1)
+    assert scale == pytest.approx([min(each, limit) for each in free], rel=0.02)
+    peaks = peaks_off(held, 1, scale)
+    for found, wanted, needed in zip(peaks, (0.15, 0.12, 0.12), free, strict=True):
+        assert found < 0.99 * wanted if needed > limit else found == pytest.approx(wanted, rel=1e-5)
