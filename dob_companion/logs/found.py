@@ -45,13 +45,11 @@ class Found:
 
 def records(found: Found) -> tuple[Record, ...]:
     """A record for each stretch in which one clock holds. Raises LogError, one line, when there is none."""
-    witnesses = [*found.others.values(), *found.facts.values(), *found.witnesses]
-    cuts, made, short = spans([found.rates, found.moment], witnesses), [], []
+    witnesses = [found.moment, *found.others.values(), *found.facts.values(), *found.witnesses]
+    cuts, made = spans(found.rates, witnesses), []
     for number, (begin, end) in enumerate(cuts, start=1):
         record = _record(found, begin, end)
-        if min(len(record.rates.time), len(record.moment.time)) < _FEWEST:
-            short.append(f"part {number} of {len(cuts)}: too few samples of rates and moments: left out")
-        else:
+        if min(len(record.rates.time), len(record.moment.time)) >= _FEWEST:
             part = (f"part {number} of {len(cuts)}: the clock begins anew",) if len(cuts) > 1 else ()
             made.append(replace(record, remarks=part + record.remarks))
     if not made:
@@ -59,7 +57,9 @@ def records(found: Found) -> tuple[Record, ...]:
             f"{found.source}: holds {len(found.rates.time)} samples of body rates and {len(found.moment.time)} of "
             f"moments, expected {_FEWEST} of each on one clock"
         )
-    return tuple(replace(record, remarks=record.remarks + tuple(short)) for record in made)
+    short = len(cuts) - len(made)
+    lost = (f"{short} of {len(cuts)} parts hold too few samples of rates and moments: left out",) if short else ()
+    return tuple(replace(record, remarks=record.remarks + lost) for record in made)
 
 
 def of_each(logs: Iterable[bytes], read: Callable[[bytes], tuple[Record, ...]], source: str) -> tuple[Record, ...]:

@@ -5,7 +5,6 @@ a clock that began anew (a reboot, a clock that was set): there a record ends. A
 are none: they are dropped. What is left is put in order, and of equal stamps the first is kept.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -22,10 +21,7 @@ FAR_S = 60.0
 """At either end of a file, a few stamps that are farther from the rest than this are none."""
 
 _STRAYS = 3
-"""So many stamps in a row, far from those around them, are wrong; more are a stretch of their own."""
-
-_STRETCH, _STRETCH_S = 10, 0.5
-"""So many samples, over so many seconds, make a stretch of a clock that began anew."""
+"""So many stamps in a row, far from those around them, are wrong; more are a clock of their own."""
 
 _EPOCH = 1 << 50
 """µs: more than any clock reaches."""
@@ -97,13 +93,12 @@ def places_by_time(time: Floats) -> NDArray[np.int64]:
     return np.maximum.accumulate(epoch * _EPOCH + micros)
 
 
-def spans(series: list[Series], witnesses: list[Series]) -> list[tuple[int, int]]:
-    """Places from which on, and before which, one clock holds for all of these.
+def spans(main: Series, witnesses: list[Series]) -> list[tuple[int, int]]:
+    """Places from which on, and before which, one clock holds.
 
-    That it began anew is told by `series`; where, between two of their samples, by `witnesses` as well.
+    That it began anew is told by `main`; where, between two of its samples, by `witnesses` as well.
     """
-    clock = joined([Series(s.place, s.time, np.empty((len(s.place), 0))) for s in series])
-    clock = clock.where(np.isfinite(clock.time))
+    clock = main.where(np.isfinite(main.time))
     clock = clock.where(~strays(clock.time))
     restarts = []
     for at in _restarts(clock.time):
@@ -139,22 +134,14 @@ def _astray(begin: float, end: float, before: float | None, after: float | None)
     return (begin < before or end > after) and not before > after
 
 
-def _restarts(time: Floats) -> Iterator[int]:
+def _restarts(time: Floats) -> list[int]:
     """Where the clock begins anew."""
-    begin = 0
-    jumps = (np.flatnonzero(_jumped(np.diff(time))) + 1).tolist()
-    for at, end in pairwise([*jumps, len(time)]):
-        if _stretch(time[begin:at]) and _stretch(time[at:end]):
-            begin = at
-            yield at
+    found: list[int] = (np.flatnonzero(_jumped(np.diff(time))) + 1).tolist()
+    return found
 
 
 def _jumped(steps: Floats) -> NDArray[np.bool_]:
     return (steps < -BACK_S) | (steps > LONGEST_HOLE_S)
-
-
-def _stretch(time: Floats) -> bool:
-    return len(time) >= _STRETCH and float(np.ptp(time)) >= _STRETCH_S
 
 
 def signal(series: Series) -> tuple[Signal, list[str]]:

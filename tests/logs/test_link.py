@@ -80,6 +80,15 @@ def test_a_reboot_gives_two_records(tmp_path):
     assert "part 2 of 2: the clock begins anew" in second.remarks
 
 
+def test_a_few_samples_of_the_boot_before_do_not_get_among_those_of_the_next(tmp_path):
+    """Their stamps fall into the time of the new boot: put in order with it they would be samples of that flight."""
+    log = write(tmp_path / "x.tlog", [*flight(3_100_000, 12, seed=1), *flight(2_000_000, 300)])
+    (record,) = read_log(log)
+    assert len(record.rates.time) == 300
+    assert record.rates.time[-1] == pytest.approx(299 * 0.004)
+    assert "1 of 2 parts hold too few samples of rates and moments: left out" in record.remarks
+
+
 def test_another_vehicle_is_left_out_and_named(tmp_path):
     other = mav.MAVLink(None, srcSystem=7, srcComponent=1)
     log = write(tmp_path / "x.tlog", [*flight(0, 100), bytes(BEAT.pack(other))])
