@@ -6,7 +6,9 @@ nothing but zero may be sent once that time-out *may* have passed. Two things bo
 
 * the answers that left: between one and the next the vehicle cannot have heard anything (vehicle to companion cut);
 * the age that the vehicle reports: as long as it names the same answer, nothing newer has come (companion to vehicle
-  cut). An answer is news no earlier than the report before the one that first names it, nor than its own stamp.
+  cut). An answer is news no earlier than the report before the one that first names it, nor than its own stamp. Where
+  the last report shows that answers did not arrive, the time since without any report counts as well: one cut may have
+  followed the other.
 
 No wall time in here: a vehicle in lockstep that waits does not age.
 """
@@ -26,11 +28,12 @@ LEAST_ROOM = 4
 class TakeUp:
     """Reckons the silence from answers that left and ages that were reported; `ended` judges it."""
 
-    __slots__ = ("_answered", "_dt_us", "_left", "_news", "_reported", "_room_us", "_silence_us")
+    __slots__ = ("_answered", "_dt_us", "_left", "_news", "_reported", "_room_us", "_silence_us", "_way_us")
 
     def __init__(self, dt: float) -> None:
         self._dt_us = 1e6 * dt
         self._room_us = LEAST_ROOM * self._dt_us
+        self._way_us = ON_THE_WAY * self._dt_us
         self.clear()
 
     def clear(self) -> None:
@@ -42,8 +45,8 @@ class TakeUp:
 
     def allow(self, flight_samples: int) -> None:
         """What an answer takes from here to the vehicle, in samples, has been measured anew."""
-        room = TIME_OUT_US - (flight_samples + ON_THE_WAY) * self._dt_us
-        self._room_us = max(LEAST_ROOM * self._dt_us, room)
+        self._way_us = (flight_samples + ON_THE_WAY) * self._dt_us
+        self._room_us = max(LEAST_ROOM * self._dt_us, TIME_OUT_US - self._way_us)
 
     def left(self, stamp_us: int) -> None:
         """The answer to this sample has left."""
@@ -72,4 +75,10 @@ class TakeUp:
         """Why an answer to this sample may find a vehicle that has timed out, in words; "" when it cannot."""
         if self._left is not None and stamp_us - self._left > self._room_us:
             return f"vehicle without answers for {1e-6 * (stamp_us - self._left):.2g} s"
-        return "corrections do not reach the vehicle" if self._silence_us > self._room_us else ""
+        return "corrections do not reach the vehicle" if self._silence(stamp_us) > self._room_us else ""
+
+    def _silence(self, stamp_us: int) -> float:
+        """Time without news by the ages reported."""
+        if self._reported is None or self._silence_us <= self._way_us:
+            return self._silence_us
+        return self._silence_us + max(0.0, stamp_us - self._reported - self._dt_us)

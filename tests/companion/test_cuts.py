@@ -167,6 +167,11 @@ def live(plane, what, count, rng):
             plane.pairs(count)
 
 
+def test_a_cut_to_the_vehicle_that_a_cut_from_it_follows_is_reckoned_as_one():
+    """Four answers lost, then 21 samples that nobody hears: neither is too long, both together are."""
+    judged([("up", 4), ("down", 21)], 0)
+
+
 flights = given(st.lists(spells, max_size=12), st.integers(0, 2**32 - 1))
 
 
