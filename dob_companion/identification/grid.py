@@ -17,6 +17,9 @@ FASTEST_HZ = 500.0
 FASTER = 1.2
 """A record this much faster than the rate asked for is taken at its own, up to FASTEST_HZ."""
 
+LINE_POINTS = 8
+"""Of a line, in the mean over an interval."""
+
 Flags = NDArray[np.bool_]
 
 
@@ -107,9 +110,9 @@ def gridded(record: Record, rate_hz: float) -> Grid:
         begin=begin,
         dt=dt,
         rates=_between(record.rates, starts),
-        moment=_mean(record.moment, points),
+        moment=_acting(record, points),
         known=known,
-        injected=_mean(_silenced(injected), points) if (injected := _there(record.injected)) else None,
+        injected=_mean(_injected(injected, record), points) if (injected := _there(record.injected)) else None,
         attitude_setpoint=_held(_unwrapped(attitude), starts)
         if (attitude := _there(record.attitude_setpoint))
         else None,
@@ -142,6 +145,27 @@ def _there(signal: Signal | None) -> Signal | None:
 
 def _between(signal: Signal, at: Floats) -> Floats:
     return np.column_stack([np.interp(at, signal.time, channel) for channel in signal.values.T])
+
+
+def _acting(record: Record, points: Floats) -> Floats:
+    """Mean of the moment over the intervals between the points.
+
+    Where a program beside the controller has read it, less often than the controller makes a new one, holding what it
+    read would be late by half the time between two, and in a closed loop that looks like another plant.
+    """
+    if record.moment_read_late_s is None or record.injected is None:
+        return _mean(record.moment, points)
+    time, injected = record.moment.time, record.injected
+    own = record.moment.values - _held(injected, time)
+    width = np.diff(points)[:, None]
+    shares = (np.arange(LINE_POINTS) + 0.5) / LINE_POINTS
+    line = np.mean([_between(Signal(time, own), points[:-1] + share * width[:, 0]) for share in shares], axis=0)
+    return np.asarray(line + _mean(_injected(injected, record), points))
+
+
+def _injected(signal: Signal, record: Record) -> Signal:
+    """When it acts."""
+    return _silenced(Signal(signal.time + (record.moment_read_late_s or 0.0), signal.values))
 
 
 def _mean(signal: Signal, points: Floats) -> Floats:

@@ -60,6 +60,9 @@ class Record:
     parameters         of the autopilot, by its own names
     rates_filtered     True when `rates` have passed the gyro filter that the rate controller sees (the record is "what
                        the link shows" of ArduPilot), False when they have not, None when unknown
+    moment_read_late_s None where a moment acts from its time on until the next, as everywhere else. Else it was read by
+                       a program beside the controller: the controller's part is a sample of what acts around its time,
+                       and the injected part acts from so much later on
     remarks            what the reader found odd and how it was taken, one line each: for the user
     """
 
@@ -78,4 +81,5 @@ class Record:
     saturated: Facts | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     rates_filtered: bool | None = None
+    moment_read_late_s: float | None = None
     remarks: tuple[str, ...] = ()

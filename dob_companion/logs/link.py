@@ -2,10 +2,12 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from dob_companion.autopilots.ardupilot import LOOP_RATE
 from dob_companion.errors import LogError
 from dob_companion.identification.record import Record
 from dob_companion.logs.found import Found, Setting, records
@@ -21,6 +23,9 @@ from dob_companion.mavlink.overheard import (
     Parameter,
     identity_in,
 )
+
+USUAL_LOOP_HZ = 400.0
+"""SCHED_LOOP_RATE of a multirotor."""
 
 _FILTERED = {ARDUPILOT: True, PX4: False}
 """Whether HIGHRES_IMU has passed the gyro filter that the rate controller sees (INS_GYRO_FILTER, IMU_GYRO_CUTOFF)."""
@@ -119,7 +124,14 @@ def records_of(heard: Callable[[], Iterator[Heard]], source: str, remarks: Itera
         said.append(f"other vehicles are heard too, left out: system {', '.join(map(str, sorted(others)))}")
     if bad := overhearing.damaged:
         said.append(f"{bad} damaged messages left out")
-    return records(_found(collector, identity, source, tuple(said)))
+    found = records(_found(collector, identity, source, tuple(said)))
+    return tuple(map(_read_by_script, found)) if identity.make == ARDUPILOT else found
+
+
+def _read_by_script(record: Record) -> Record:
+    """dob_correction.lua reads the controller's moment at any time of the main loop, and what it adds acts from the
+    next one on."""
+    return replace(record, moment_read_late_s=0.5 / record.parameters.get(LOOP_RATE, USUAL_LOOP_HZ))
 
 
 def _flying(collector: _Collector, make: str) -> None:
