@@ -5,11 +5,14 @@ uncertainty, and single frequencies that differ by more than noise makes them. B
 rule, above it nothing is known: the bound rises there, with the square of frequency, beyond 1.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
 from dob_companion.identification.fit import Data, Fit, Spread
+from dob_companion.identification.grid import Flags
 from dob_companion.identification.result import Bound, Floats
 
 LEAST = 0.02
@@ -20,10 +23,21 @@ MOST, MOST_BELOW = 3.0, 0.9
 NEAR = 0.5
 """Octaves to either side over which the misfit is averaged."""
 KNOTS = 10
+SHARPER, FLANK = 1.4, 1.03
+"""A peak is this much higher than windows show, and wider to either side."""
+MOST_PEAK = 10.0
 JOINTLY = 0.05
 
 
-def bound(chosen: Fit, richest: Fit, spread: Spread, averages: Floats, between: float) -> Bound:
+@dataclass(frozen=True, slots=True)
+class Peaks:
+    """A response of fine resolution, and the averages behind it: to look for lightly damped modes."""
+
+    data: Data
+    averages: Floats
+
+
+def bound(chosen: Fit, richest: Fit, spread: Spread, averages: Floats, between: float, peaks: Peaks) -> Bound:
     """Of the chosen model. `between`: relative standard deviation of the gain from segment to segment."""
     data = chosen.data
     hertz = data.frequency / (2.0 * np.pi)
@@ -49,7 +63,35 @@ def bound(chosen: Fit, richest: Fit, spread: Spread, averages: Floats, between: 
         values.append(max(float(np.max(wanted[about], initial=LEAST)), float(np.interp(knot, fine, wanted))))
     at_high = len(values) - len(above) - 1
     values[at_high] = max(values[at_high], ABOVE)
-    return Bound(tuple(_rounded(knots)), tuple(_rounded(np.array(values) * 1.0005)), (low, high))
+    smooth = np.array(values) * 1.0005
+    knots, smooth = _with_peaks(knots, smooth, chosen, peaks)
+    return Bound(tuple(_rounded(knots)), tuple(_rounded(smooth)), (low, high))
+
+
+def _with_peaks(knots: Floats, values: Floats, chosen: Fit, peaks: Peaks) -> tuple[Floats, Floats]:
+    """The bound with what stands out of it at fine resolution, each as a trapezoid."""
+    if not len(peaks.averages):
+        return knots, values
+    model = chosen.response(peaks.data.frequency, peaks.data.dt)
+    hertz, off = peaks.data.frequency / (2.0 * np.pi), np.abs(peaks.data.value / model - 1.0)
+    noise = peaks.data.deviation / np.abs(model)
+    freedom = 2.0 * np.maximum(peaks.averages - 2.0, 1.0)
+    single = np.sqrt(f_distribution.ppf(1.0 - JOINTLY / len(off), 2.0, freedom))
+    out = (off > single * noise) & (off + noise > np.interp(hertz, knots, values))
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], _joined(out), [False])).astype(np.int8)))
+    for a, b in edges.reshape(-1, 2):
+        level = min(MOST_PEAK, float(np.max((SHARPER * off + noise)[a:b])))
+        corners = np.array([hertz[a] / FLANK**2, hertz[a] / FLANK, hertz[b - 1] * FLANK, hertz[b - 1] * FLANK**2])
+        union = np.unique(np.concatenate([knots, corners]))
+        peak = np.interp(union, corners, [0.0, level, level, 0.0], left=0.0, right=0.0)
+        values = np.maximum(np.interp(union, knots, values), peak)
+        knots = union
+    return knots, values
+
+
+def _joined(out: Flags) -> Flags:
+    """Runs with a gap of one or two between them are one."""
+    return np.asarray(np.convolve(np.convolve(out, np.ones(3), "same") > 0, np.ones(3), "same") > 2.5) | out
 
 
 def _rounded(values: Floats) -> list[float]:

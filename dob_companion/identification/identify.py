@@ -12,7 +12,7 @@ import numpy as np
 from dob_companion.artifact import AXES
 from dob_companion.autopilots.transfer import Transfer
 from dob_companion.identification import checks, verdict
-from dob_companion.identification.bound import bound
+from dob_companion.identification.bound import Peaks, bound
 from dob_companion.identification.fit import (
     DELAY,
     LAG,
@@ -34,6 +34,7 @@ from dob_companion.identification.record import Record
 from dob_companion.identification.result import (
     AxisModel,
     AxisResult,
+    Bound,
     Complexes,
     Floats,
     Identification,
@@ -42,7 +43,17 @@ from dob_companion.identification.result import (
     Response,
 )
 from dob_companion.identification.segments import USED, Instrument, excited, instruments, segments, states, stretches
-from dob_companion.identification.spectra import Estimate, Layout, Level, Spans, estimate, layouts
+from dob_companion.identification.spectra import (
+    FINE,
+    SMOOTH,
+    Estimate,
+    Layout,
+    Level,
+    Resolution,
+    Spans,
+    estimate,
+    layouts,
+)
 
 FIRST_REFERENCE = np.array([0.03, 0.03, 0.01, 0.0])
 """Slow pole, lag, delay and lead that the first pass takes for near enough."""
@@ -120,27 +131,32 @@ class _Views:
         self._kept: dict[tuple[object, ...], tuple[list[Layout], Floats, list[Complexes]]] = {}
 
     def levels(
-        self, instrument: Instrument, spans: Stretches, reference: Floats, known_part: Transfer
+        self,
+        instrument: Instrument,
+        spans: Stretches,
+        reference: Floats,
+        known_part: Transfer,
+        resolution: Resolution = SMOOTH,
     ) -> tuple[list[Level], Floats]:
         """All windows in the spans, and the edges of the bands."""
         grid = self._grid
-        all_layouts, edges, Y = self._of("y", spans, lambda a, b: np.diff(grid.rates[a:b], axis=0))
-        U = self._of("u", spans, lambda a, b: grid.moment[a : b - 1])[2]
-        R = self._of(instrument.name, spans, lambda a, b: instrument.values[a : b - 1])[2]
+        all_layouts, edges, Y = self._of("y", spans, resolution, lambda a, b: np.diff(grid.rates[a:b], axis=0))
+        U = self._of("u", spans, resolution, lambda a, b: grid.moment[a : b - 1])[2]
+        R = self._of(instrument.name, spans, resolution, lambda a, b: instrument.values[a : b - 1])[2]
         whole, late = _reference(reference, known_part), float(reference[DELAY])
 
         def answer(a: int, b: int) -> Floats:
             return np.diff(held_filter(whole.num, whole.den, late, grid.dt, grid.moment[a:b]), axis=0)
 
-        V = self._of((*whole.num, *whole.den, late), spans, answer)[2]
+        V = self._of((*whole.num, *whole.den, late), spans, resolution, answer)[2]
         return [Level(one, one.middle, *each) for one, *each in zip(all_layouts, Y, V, U, R, strict=True)], edges
 
     def _of(
-        self, name: object, spans: Stretches, signal: Callable[[int, int], Floats]
+        self, name: object, spans: Stretches, resolution: Resolution, signal: Callable[[int, int], Floats]
     ) -> tuple[list[Layout], Floats, list[Complexes]]:
-        key = (name, spans)
+        key = (name, spans, resolution)
         if key not in self._kept:
-            all_layouts, edges = layouts([b - a - 1 for a, b in spans], self._grid.dt)
+            all_layouts, edges = layouts([b - a - 1 for a, b in spans], self._grid.dt, resolution)
             signals = [signal(a, b) for a, b in spans]
             self._kept[key] = all_layouts, edges, [one.spectra(signals) for one in all_layouts]
         return self._kept[key]
@@ -210,10 +226,16 @@ class _Axis:
         if len(response.frequency) < verdict.BANDS:
             why = f"too little excitation by the {seen.instrument.name}: {verdict.DOUBLETS}"
             return AxisResult(axis=self._name, usable=False, why=why, response=response)
-        chosen, richest, reason = fit_structures(self._data(seen.estimate, reference), self._modes, start.parameters)
+        found, edges = self._views.levels(seen.instrument, seen.spans, reference, self._known.in_record, FINE)
+        fine = estimate(found, edges, self._axis, gaps=True)
+        resolved = fine if self._modes and len(fine.frequency) > len(seen.estimate.frequency) else seen.estimate
+        data = self._data(resolved, reference)
+        chosen, richest, reason = fit_structures(data, self._modes, start.parameters)
         width = spread(richest)
         between, gains = self._between(seen, chosen)
-        model = self._model(seen, chosen, richest, width, between, reason)
+        peaks = Peaks(self._data(fine, reference), fine.averages)
+        limit = bound(chosen, richest, width, resolved.averages, between, peaks)
+        model = self._model(seen, chosen, width, limit, between, reason)
         why = (
             verdict.not_one_aircraft(model, between, gains)
             or verdict.not_covered(response, self._crossover(chosen))
@@ -315,7 +337,7 @@ class _Axis:
         above = np.flatnonzero(np.abs(loop) >= 1.0)
         return float(w[above[-1]] / (2.0 * np.pi)) if len(above) else 0.0
 
-    def _model(self, seen: _Seen, chosen: Fit, richest: Fit, width: Spread, between: float, reason: str) -> AxisModel:
+    def _model(self, seen: _Seen, chosen: Fit, width: Spread, limit: Bound, between: float, reason: str) -> AxisModel:
         late, p = self._known.late_s, chosen.parameters
         gain = _interval(chosen.gain, width.gain[0], width.gain[1])
         apart = 2.0 * between * abs(chosen.gain)
@@ -327,7 +349,7 @@ class _Axis:
             lag_s=_interval(p[LAG], *width.parameters[LAG]),
             delay_s=_interval(p[DELAY] + late, *(width.parameters[DELAY] + late)),
             lead_s=_interval(p[LEAD], *width.parameters[LEAD]),
-            bound=bound(chosen, richest, width, seen.estimate.averages, between),
+            bound=limit,
             modes=_modes(p, width),
             filters=self._known.in_link,
             about_filters=self._known.about,

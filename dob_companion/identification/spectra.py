@@ -30,10 +30,6 @@ Spans = tuple[tuple[float, float], ...]
 LONGEST_S, SHORTEST_S = 20.0, 1.0
 FIRST_BIN = 2.5
 """A Hann window cannot tell frequencies below this many cycles a window from a drift."""
-CYCLES = (6.0, 24.0)
-"""Of a frequency in the windows that serve it."""
-BAND = 1.18
-"""Ratio of the ends of a band, where bins are not sparse."""
 HIGHEST = 0.24
 """Highest frequency, of the sampling rate."""
 WEAK = 0.05
@@ -46,6 +42,19 @@ NEIGHBOURS = np.array([1.0, -2.0 / 3.0, 1.0 / 6.0])
 """Correlation of white noise between bins of a Hann window, 0, 1 and 2 apart; 1/6 also between windows half over."""
 CLUSTERS = 8
 """From so many windows on, the scatter between them counts as well."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """cycles: of a frequency in the windows that serve it. band: ratio of its ends, where bins are not sparse."""
+
+    cycles: tuple[float, float]
+    band: float
+
+
+SMOOTH = Resolution((6.0, 24.0), 1.18)
+FINE = Resolution((100.0, 200.0), 1.02)
+"""So fine that a mode of 2 % damping shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,31 +143,33 @@ class Level:
         return Level(self.layout, self.middle[inside], Y, V, U, R)
 
 
-def layouts(sizes: Sequence[int], dt: float) -> tuple[list[Layout], Floats]:
+def layouts(sizes: Sequence[int], dt: float, resolution: Resolution = SMOOTH) -> tuple[list[Layout], Floats]:
     """Of all window lengths over stretches of these sizes, samples; and the edges of the bands in Hz."""
     longest = min(LONGEST_S, max(sizes) * dt / 2.5, sum(sizes) * dt / 3.0)
     lengths = [longest]
     while lengths[-1] / 2.0 >= SHORTEST_S:
         lengths.append(lengths[-1] / 2.0)
-    edges = _edges(lengths, HIGHEST / dt)
-    found = [_layout(sizes, length, edges, dt, lengths) for length in lengths]
+    edges = _edges(lengths, HIGHEST / dt, resolution)
+    found = [_layout(sizes, length, edges, dt, lengths, resolution) for length in lengths]
     return [layout for layout in found if layout is not None], edges
 
 
-def _edges(lengths: list[float], highest: float) -> Floats:
+def _edges(lengths: list[float], highest: float, resolution: Resolution) -> Floats:
     edges = [FIRST_BIN / lengths[0]]
     while edges[-1] < highest:
-        window = min(max(CYCLES[1] / edges[-1], lengths[-1]), lengths[0])
-        edges.append(max(BAND * edges[-1], edges[-1] + 2.0 / window))
+        window = min(max(resolution.cycles[1] / edges[-1], lengths[-1]), lengths[0])
+        edges.append(max(resolution.band * edges[-1], edges[-1] + 2.0 / window))
     return np.array(edges)
 
 
-def _layout(sizes: Sequence[int], length: float, edges: Floats, dt: float, lengths: list[float]) -> Layout | None:
+def _layout(
+    sizes: Sequence[int], length: float, edges: Floats, dt: float, lengths: list[float], resolution: Resolution
+) -> Layout | None:
     size = next_fast_len(round(length / dt), real=True)
     hertz: Floats = np.asarray(np.fft.rfftfreq(size, dt), float)
     band = np.searchsorted(edges, hertz, side="right") - 1
-    low = edges[0] if length == lengths[0] else CYCLES[0] / length
-    high = edges[-1] if length == lengths[-1] else CYCLES[1] / length
+    low = edges[0] if length == lengths[0] else resolution.cycles[0] / length
+    high = edges[-1] if length == lengths[-1] else resolution.cycles[1] / length
     bins = np.flatnonzero((band >= 0) & (band < len(edges) - 1) & (edges[band] >= low) & (hertz < high))
     starts = tuple(np.arange(0, one - size + 1, size // 2) for one in sizes)
     offsets = np.cumsum([0, *sizes[:-1]])
@@ -169,20 +180,22 @@ def _layout(sizes: Sequence[int], length: float, edges: Floats, dt: float, lengt
     return Layout(size, starts, middle, bins, hertz[bins], bands, first)
 
 
-def estimate(found: Sequence[Level], edges: Floats, axis: int, spans: Spans | None = None) -> Estimate:
-    """H of an axis; `spans` as in `Level.kept`."""
+def estimate(
+    found: Sequence[Level], edges: Floats, axis: int, spans: Spans | None = None, *, gaps: bool = False
+) -> Estimate:
+    """H of an axis; `spans` as in `Level.kept`. With `gaps` also bands that stand alone or are vague."""
     weight = np.zeros(len(edges) - 1)
     sums = [np.zeros(len(weight), complex) for _ in fields(Estimate)]
     for level in found:
         kept = level.kept(spans)
         if kept is None:
             continue
-        bands, one = _of_level(kept, axis)
+        bands, one = _of_level(kept, axis, np.inf if gaps else VAGUE)
         own = one.deviation**-2
         weight[bands] += own
         for total, each in zip(sums, fields(Estimate), strict=True):
             total[bands] += own * getattr(one, each.name)
-    got = _longest_run(weight > 0.0)
+    got = weight > 0.0 if gaps else _longest_run(weight > 0.0)
     means = {each.name: total[got] / weight[got] for total, each in zip(sums, fields(Estimate), strict=True)}
     numbers: dict[str, Any] = {n: mean if n in ("value", "direct") else mean.real for n, mean in means.items()}
     return Estimate(**numbers)
@@ -198,7 +211,7 @@ def _longest_run(good: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return kept
 
 
-def _of_level(level: Level, axis: int) -> tuple[Indices, Estimate]:
+def _of_level(level: Level, axis: int, vague: float) -> tuple[Indices, Estimate]:
     """Bands where the instrument is strong enough, and the estimate there."""
     Y, V, R, index = level.Y[:, :, axis], level.V, level.R, level.layout.index
     counts = np.diff(np.append(level.layout.first, len(level.layout.hertz)))
@@ -230,7 +243,7 @@ def _of_level(level: Level, axis: int) -> tuple[Indices, Estimate]:
         averages=averages,
         direct=level.banded(np.sum(Y * own.conj(), axis=0)) / level.banded(_power(own)),
     )
-    good = strong[:, axis] & (left >= LEFT) & (deviation > 0.0) & (deviation < VAGUE * np.abs(H[:, axis]))
+    good = strong[:, axis] & (left >= LEFT) & (deviation > 0.0) & (deviation < vague * np.abs(H[:, axis]))
     return level.layout.bands[good], estimate.at(good)
 
 
