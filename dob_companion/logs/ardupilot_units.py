@@ -14,15 +14,16 @@ from dob_companion.logs.series import Series
 COUNTS = 5000.0
 _SCALES = {"rad/s": 1.0, "deg/s": math.pi / 180.0, "centidegrees/s": math.pi / 18000.0}
 _LEAST = 1e-3
-"""rad/s (rms): below this an aircraft stands still, and nothing can be told from its rates."""
+"""rad/s: below this an aircraft stands still, and nothing can be told from its rates."""
 
 
 def torque_scale(out: Floats) -> tuple[float, list[str]]:
     """Factor that makes -1…1 of what is logged, and what to say of it."""
-    largest = float(np.nanmax(np.abs(out), initial=0.0))
+    sizes = np.abs(out[np.isfinite(out)])
+    largest = float(np.percentile(sizes, 99)) if sizes.size else 0.0  # one that is damaged tells nothing
     if largest <= 2.0:
         return 1.0, []
-    return 1.0 / COUNTS, [f"moments of up to {largest:.4g}: taken as counts, {COUNTS:g} of them full"]
+    return 1.0 / COUNTS, [f"moments of {largest:.4g} and more: taken as counts, {COUNTS:g} of them full"]
 
 
 def rate_scale(rates: Series, declared: str, imu: Series | None, *, counts: bool) -> tuple[float, list[str]]:
@@ -46,8 +47,9 @@ def _by_imu(rates: Series, imu: Series | None) -> str:
     end = min(np.nanmax(imu.time), np.nanmax(rates.time))
     size = []
     for series in (rates, imu):
-        within = (series.time >= begin) & (series.time <= end)
-        size.append(float(np.sqrt(np.nanmean(series.values[within] ** 2))) if within.any() else math.nan)
+        within = (series.time >= begin) & (series.time <= end) & np.isfinite(series.values).all(axis=1)
+        turning = np.linalg.norm(series.values[within], axis=1)
+        size.append(float(np.median(turning)) if turning.size else math.nan)
     logged, true = size
     if not (math.isfinite(logged) and math.isfinite(true)) or true < _LEAST or logged <= 0.0:
         return ""

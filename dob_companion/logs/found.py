@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dob_companion.errors import LogError
 from dob_companion.identification.record import Facts, Record, Signal
@@ -12,6 +13,10 @@ from dob_companion.logs.series import Series, signal, spans
 
 _FEWEST = 16
 """Samples of rates and of moments below which a stretch is no record."""
+
+_MOST = {"rates": (100.0, "rad/s"), "moment": (10.0, "normalized torque")}
+"""No gyro shows more and no mixer is asked for more; a file that holds more than a few of these is in other units."""
+_FEW = 0.01
 
 SIGNALS = ("injected", "rate_setpoint", "attitude_setpoint", "attitude", "thrust")
 FACTS = ("armed", "flying", "saturated")
@@ -45,6 +50,8 @@ class Found:
 
 def records(found: Found) -> tuple[Record, ...]:
     """A record for each stretch in which one clock holds. Raises LogError, one line, when there is none."""
+    (rates, odd), (moment, odder) = _credible(found, "rates"), _credible(found, "moment")
+    found = replace(found, rates=rates, moment=moment, remarks=found.remarks + odd + odder)
     witnesses = [found.moment, *found.others.values(), *found.facts.values(), *found.witnesses]
     cuts, made = spans(found.rates, witnesses), []
     for number, (begin, end) in enumerate(cuts, start=1):
@@ -60,6 +67,20 @@ def records(found: Found) -> tuple[Record, ...]:
     short = len(cuts) - len(made)
     lost = (f"{short} of {len(cuts)} parts hold too few samples of rates and moments: left out",) if short else ()
     return tuple(replace(record, remarks=record.remarks + lost) for record in made)
+
+
+def _credible(found: Found, name: str) -> tuple[Series, tuple[str, ...]]:
+    """The signal without values that cannot be, and what to say of them. Raises LogError where they are many."""
+    series: Series = getattr(found, name)
+    most, unit = _MOST[name]
+    wrong: NDArray[np.bool_] = np.isfinite(series.values) & (np.abs(series.values) > most)
+    beyond = np.asarray(wrong.any(axis=1))
+    count = int(beyond.sum())
+    if count > max(_FEW * len(series.place), 3):
+        typical = float(np.median(np.abs(series.values[beyond]).max(axis=1)))
+        raise LogError(f"{found.source}: {name} of {typical:.3g}, expected {unit} of {most:g} at most: other units?")
+    said = (f"{name}: {count} of more than {most:g} {unit}, which cannot be: dropped",) if count else ()
+    return series.where(~beyond), said
 
 
 def of_each(logs: Iterable[bytes], read: Callable[[bytes], tuple[Record, ...]], source: str) -> tuple[Record, ...]:

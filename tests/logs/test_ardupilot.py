@@ -67,6 +67,15 @@ def test_rates_of_any_version_become_rad_per_s_by_the_imu(tmp_path, unit, factor
     assert any(f"RATE is in {unit}, as IMU shows" in line for line in record.remarks)
 
 
+def test_one_damaged_message_changes_no_unit(tmp_path):
+    rates, moment = RATES.copy(), MOMENT.copy()
+    rates[100], moment[200] = 1e20, 1e20
+    (record,) = read(tmp_path, writers.copter(TIMES, rates, moment))
+    assert "RATE is in deg/s, as IMU shows" in record.remarks
+    assert record.rates.values == pytest.approx(np.delete(RATES, 100, axis=0), abs=1e-6)
+    assert record.moment.values == pytest.approx(np.delete(MOMENT, 200, axis=0), abs=1e-6)
+
+
 def test_a_table_of_units_that_is_wrong_is_not_believed(tmp_path):
     log = writers.copter(TIMES, RATES, MOMENT, rate_unit=1.0)
     log.units("RATE", "skk-kk-kk-")

@@ -58,6 +58,21 @@ def test_what_is_not_a_number_is_dropped_and_counted(tmp_path):
     assert "rates: 2 samples not finite: dropped" in record.remarks
 
 
+def test_a_value_that_cannot_be_is_dropped_and_named(tmp_path):
+    table = TABLE.copy()
+    table[7, 1], table[9, 4] = 1e30, -1e9
+    (record,) = read(tmp_path, text(table))
+    assert (len(record.rates.time), len(record.moment.time)) == (len(TIMES) - 1, len(TIMES) - 1)
+    assert "rates: 1 of more than 100 rad/s, which cannot be: dropped" in record.remarks
+
+
+def test_rates_in_degrees_are_refused(tmp_path):
+    table = TABLE.copy()
+    table[:, 1:4] *= 1000.0
+    with pytest.raises(LogError, match=r"rates of \d+, expected rad/s of 100 at most: other units\?"):
+        read(tmp_path, text(table))
+
+
 def test_columns_may_stand_in_any_order(tmp_path):
     order = [5, 2, 0, 6, 1, 3, 4]
     (record,) = read(tmp_path, text(TABLE[:, order], [NAMES[k] for k in order]))
