@@ -1,4 +1,4 @@
-"""Tables: CSV with a line of names, or an .npz of arrays under the same names (docs/identification.md).
+"""Tables: CSV with a line of names, or an .npz of arrays under the same names (docs/interfaces.md, Logs).
 
 ::
 
