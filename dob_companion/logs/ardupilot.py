@@ -45,6 +45,9 @@ _CLASSES = {
     14: "decarotor",
 }  # fmt: skip
 
+_MIX_ROLL = 10
+"""SID_AXIS of the mixer's roll; pitch and yaw come next."""
+
 _EV_ARMED, _EV_DISARMED, _EV_LANDED, _EV_NOT_LANDED = 10, 11, 18, 28
 _LIMITED = 1
 """Bit of PIDx.Flags: the mixer was at its limit."""
@@ -223,18 +226,28 @@ def _injected(log: DataFlash, parameters: dict[str, float], moment: Series, said
     sidd = _table(log, "SIDD", ("Targ",))
     if sidd is None:
         return {}
-    sids = _table(log, "SIDS", ("Ax",))
-    axis = round(float(sids.column("Ax")[-1]) if sids is not None else parameters.get("SID_AXIS", 0.0))
-    if not 10 <= axis <= 12:
-        said.append(f"System ID mode moved SID_AXIS {axis}, not the mixer (10 to 12): no injected moment")
+    axis = _sid_axis(log, sidd, parameters)
+    mixed = (axis >= _MIX_ROLL) & (axis < _MIX_ROLL + 3)
+    if not mixed.all():
+        others = ", ".join(sorted({f"{number:g}" for number in axis[~mixed]}))
+        said.append(
+            f"System ID mode moved SID_AXIS {others}, which is not the mixer (10 to 12): not an injected moment"
+        )
+    if not mixed.any():
         return {}
-    if sids is not None and len(set(sids.column("Ax").tolist())) > 1:
-        said.append("System ID mode moved several axes: injected moment left out, expected one axis in a log")
-        return {}
-    time, added = _time(sidd), np.zeros((len(sidd.place), 3))
-    added[:, axis - 10] = sidd.column("Targ")
-    excited = Series(sidd.place, time, added)
+    added = np.zeros((len(sidd.place), 3))
+    added[mixed, (axis[mixed] - _MIX_ROLL).astype(int)] = sidd.column("Targ")[mixed]
+    excited = Series(sidd.place, _time(sidd), added)
     return {"injected": joined([excited, _zeros_outside(excited, moment)])}
+
+
+def _sid_axis(log: DataFlash, sidd: Table, parameters: dict[str, float]) -> Floats:
+    """SID_AXIS of each sample: SIDS tells it whenever the mode begins."""
+    sids = _table(log, "SIDS", ("Ax",))
+    if sids is None:
+        return np.full(len(sidd.place), parameters.get("SID_AXIS", 0.0))
+    begun = np.searchsorted(sids.place, sidd.place, side="right") - 1
+    return np.asarray(sids.column("Ax")[np.maximum(begun, 0)])
 
 
 def _zeros_outside(excited: Series, moment: Series) -> Series:

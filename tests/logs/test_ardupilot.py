@@ -132,6 +132,21 @@ def test_system_id_s_gyro_is_before_the_filter_and_its_waveform_is_what_was_inje
     assert not injected.values[injected.time > 1.25].any()
 
 
+def test_system_id_of_one_axis_after_another_is_injected_in_each(tmp_path):
+    log = writers.copter(TIMES, RATES, MOMENT)
+    log.declare("SIDS", "QBf", "TimeUS,Ax,Mag")
+    log.declare("SIDD", "Qff", "TimeUS,Time,Targ")
+    for axis, begin in ((10, 50), (12, 200), (7, 350)):
+        log.write("SIDS", round(1e6 * TIMES[begin]), axis, 0.1)
+        for time in TIMES[begin : begin + 100]:
+            log.write("SIDD", round(1e6 * time), 0.0, 0.07)
+    (record,) = read(tmp_path, log)
+    times = np.array([0.4, 1.0, 1.6])
+    at = np.searchsorted(record.injected.time, times - 1e-6)
+    assert record.injected.values[at] == pytest.approx(np.array([(0.07, 0, 0), (0, 0, 0.07), (0, 0, 0)]), abs=1e-6)
+    assert any("SID_AXIS 7, which is not the mixer" in line for line in record.remarks)
+
+
 def test_without_torque_the_moment_comes_from_the_motors(tmp_path):
     """What a quadrotor's mixer makes of a moment, by ArduPilot's rules written down again, comes out as that moment."""
     log = writers.copter(TIMES, RATES, MOMENT)
