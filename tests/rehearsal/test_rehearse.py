@@ -1,6 +1,9 @@
 """`dob-companion rehearse`: real processes over real sockets, and what is made of what they fly."""
 
 import json
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +14,7 @@ from dob_companion.cli.main import main
 from dob_companion.rehearsal.members import Member
 from dob_companion.rehearsal.verdict import Outcome, failed, rehearsal_table, weakest
 from tests.cli.processes import one_line, run_cli
+from tests.recorder.flights import wait_until
 from tests.rehearsal.test_family import designed
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -88,6 +92,27 @@ def test_usable_means_that_it_flew_stayed_on_and_brought_something_in_every_axis
     assert weakest(family[:2]).member.name == "gain low"
     assert weakest(family).member.name == "worst"
     assert rehearsal_table(family).splitlines()[2].split() == ["gain", "low", "3.00", "1.50", "ok"]
+
+
+def test_ctrl_c_ends_every_flight_at_once_and_leaves_no_process(tmp_path):
+    (tmp_path / "design.json").write_text(dumps(designed("gain = [0.9, 1.1]"))[0])
+    process = subprocess.Popen(
+        [sys.executable, "-m", "dob_companion", "rehearse", tmp_path], stderr=subprocess.PIPE, text=True
+    )
+    wait_until(lambda: (tmp_path / "rehearsal" / "nominal" / "companion.log").exists() and len(children(process)) > 1)
+    family = children(process)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate()
+    assert process.returncode == 130
+    assert errors == ""
+    wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in family))
+    assert not (tmp_path / "rehearsal" / "rehearsal.json").exists()
+
+
+def children(process):
+    """Of every thread."""
+    tasks = Path(f"/proc/{process.pid}/task").glob("*/children")
+    return {int(pid) for task in tasks for pid in task.read_text().split()}
 
 
 @pytest.mark.proof  # a whole family

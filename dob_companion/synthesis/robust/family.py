@@ -38,7 +38,7 @@ def family(block: DobBlock, dt: float) -> list[Relative]:
     """The model first. Nothing but the model where the certificate records no uncertainty.
 
     Every axis of the block is moved at once. The worst is the one that `robust_worst` records; under a multiplicative
-    bound it is also bent by a w(z) of full size that aims at the frequency where the loop is weakest.
+    bound a w(z) of full size, aimed at the frequency where the loop is weakest, is on top of it.
     """
     found = [Relative(NOMINAL, block.problem.plant, ("as designed for",) * len(block.axes))]
     recorded = block.certificate.extra
@@ -51,10 +51,10 @@ def family(block: DobBlock, dt: float) -> list[Relative]:
         found.append(Relative(name, to_data(true), _words(uncertainty, sample)))
     worst = _recorded(uncertainty, recorded.get("robust_worst"))
     factor = factor_system(uncertainty, worst, dt)
-    bent = destabilized(_grid(block, dt), uncertainty, factor)
+    moved = destabilized(_grid(block, dt), uncertainty, factor)
     words = _words(uncertainty, worst)
-    for k, each in enumerate(bent or [factor]):
-        more = tuple(f"{w}, bent" if bent else w for w in words)
+    for k, each in enumerate(moved or [factor]):
+        more = tuple(f"{w}, at the bound over frequency" if moved else w for w in words)
         found.append(Relative(WORST if k == 0 else f"{WORST} {k + 1}", to_data(plant * each), more))
     return found
 
