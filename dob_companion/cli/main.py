@@ -75,10 +75,11 @@ def command_modules() -> tuple[ModuleType, ...]:
         run,
         spec,
         status,
+        tune,
     )
 
     return (
-        *(demo, excite, identify, spec, design, inspect, rehearse, compare),
+        *(demo, tune, excite, identify, spec, design, inspect, rehearse, compare),
         *(doctor, check, run, param, status, replay, report),
     )
 

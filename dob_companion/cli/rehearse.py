@@ -32,6 +32,16 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fly, write, print the table. Raises FlightFailedError when an aircraft fails, with all files written."""
+    found, words, wrong = rehearse_into(args.directory, args.out or args.directory / "rehearsal", args.seed)
+    print(json.dumps(found) if args.json else words)
+    if wrong:
+        raise FlightFailedError(wrong)
+    return 0
+
+
+def rehearse_into(directory: Path, out: Path, seed: int = 1) -> tuple[dict[str, Any], str, str]:
+    """Fly the design in `directory` and write the results. Returns rehearsal.json's content, the table, and what went
+    wrong, "" for nothing."""
     from dob_companion.cli.console import progress
     from dob_companion.rehearsal import Rehearsal, rehearsal_object, rehearsal_table, rehearse
     from dob_companion.rehearsal.verdict import failed, weakest
@@ -39,8 +49,8 @@ def run(args: argparse.Namespace) -> int:
     from dob_companion.report.trace import FlightTrace
 
     signal.signal(signal.SIGTERM, _leave)
-    rehearsal = Rehearsal(directory=args.directory, out=args.out or args.directory / "rehearsal", seed=args.seed)
-    require_place(rehearsal.out)
+    rehearsal = Rehearsal(directory=directory, out=out, seed=seed)
+    require_place(out)
     try:
         design, outcomes = rehearse(rehearsal, progress)
     finally:
@@ -53,19 +63,12 @@ def run(args: argparse.Namespace) -> int:
             traces[outcome.member.name] = FlightTrace.from_bytes(read_bytes(path), str(path))
     page = rehearsal_page(design, found, traces)
     text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    write_files(rehearsal.out, {"rehearsal.json": text, "report.html": page})
-    if args.json:
-        print(json.dumps(found))
-    else:
-        print(rehearsal_table(outcomes))
-        if len(outcomes) == 1:
-            print("the design states no uncertainty: only the plant it was designed for was flown")
-        for name in ("report.html", "rehearsal.json"):
-            print(f"  {rehearsal.out / name}")
-    wrong = failed(outcomes)
-    if wrong:
-        raise FlightFailedError(wrong)
-    return 0
+    write_files(out, {"rehearsal.json": text, "report.html": page})
+    words = [rehearsal_table(outcomes)]
+    if len(outcomes) == 1:
+        words.append("the design states no uncertainty: only the plant it was designed for was flown")
+    words += [f"  {out / name}" for name in ("report.html", "rehearsal.json")]
+    return found, "\n".join(words), failed(outcomes)
 
 
 def _leave(_number: int, _frame: object) -> None:

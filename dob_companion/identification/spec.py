@@ -22,6 +22,9 @@ SHOWN, LEAST_SHOWN, SHOWN_HZ = 4.0, 0.003, (0.1, 5.0)
 """A corner counts as seen when its interval is narrower than this factor, the disturbance's rms above this share of the
 torque, and the corner within these Hz: beyond, it is what the model of the plant leaves."""
 
+LEAST_NOISE = 5e-4
+"""Of a gyro on an aircraft, rad/s: a design for less trusts it more than motors and propellers deserve."""
+
 MARGIN_KEPT, LEAST_MARGIN, MOST_MARGIN = 0.8, 0.2, 0.4
 """The loop with the observer is to keep this share of the disk margin that it has without, within these ends."""
 
@@ -87,7 +90,10 @@ def _auto(
     yield f"disturbance_corner_hz = {_corner(seen)}"
     noisiest = max(seen, key=lambda axis: seen[axis].noise_rms.value, default=None)
     if noisiest is None:
-        yield "noise_rms = 0.0005   # rad/s; assumed: the record is too short to tell"
+        yield f"noise_rms = {LEAST_NOISE}   # rad/s; assumed: the record is too short to tell"
+    elif seen[noisiest].noise_rms.value < LEAST_NOISE:
+        shown = f"{seen[noisiest].noise_rms.value:.2g} was seen, motors shake more"
+        yield f"noise_rms = {LEAST_NOISE}   # rad/s; assumed: {shown}"
     else:
         yield f"noise_rms = {number(_round(seen[noisiest].noise_rms.value))}   # rad/s; measured, {noisiest}"
     asked = min(max(MARGIN_KEPT * baseline, LEAST_MARGIN), MOST_MARGIN)
@@ -97,14 +103,19 @@ def _auto(
 
 
 def _corner(seen: Mapping[str, Surroundings]) -> str:
-    shown = {
-        axis: around.corner_hz for axis, around in seen.items() if around.corner_hz.high < SHOWN * around.corner_hz.low
-    }
+    shown = {axis: around.corner_hz for axis, around in seen.items() if _shows_corner(around)}
     if not shown:
         return f"{ASSUMED_CORNER_HZ}   # assumed: gusts; the air was too calm to show it"
     middle = float(np.exp(np.mean([np.log(corner.value) for corner in shown.values()])))
     said = ", ".join(f"{axis} {corner.value:.2g}" for axis, corner in shown.items())
     return f"{number(_round(middle))}   # measured: {said}"
+
+
+def _shows_corner(around: Surroundings) -> bool:
+    low, high = SHOWN_HZ
+    corner = around.corner_hz
+    narrow = corner.high < SHOWN * corner.low and low < corner.value < high
+    return narrow and around.disturbance_rms.value > LEAST_SHOWN
 
 
 def _block(axis: str, model: AxisModel, controllers: Controllers, around: Surroundings | None) -> Iterator[str]:

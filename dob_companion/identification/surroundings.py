@@ -6,7 +6,7 @@ an averaged periodogram (Whittle, Ark. Mat. 2, 1953; Brillinger, *Time Series*, 
 differenced first, so that what turns slowly does not leak into every frequency.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from dob_companion.artifact import AXES
-from dob_companion.identification.grid import gridded, runs
+from dob_companion.identification.grid import Grid, gridded, runs
 from dob_companion.identification.record import Record
-from dob_companion.identification.result import AxisModel, Identification, Interval
+from dob_companion.identification.result import AxisModel, Identification, Interval, Segment
+from dob_companion.identification.segments import WORDS
 
 Floats = NDArray[np.float64]
 
@@ -36,6 +37,9 @@ CORNERS_HZ = 0.05, 20.0
 NORMAL_95 = 1.96
 SHARED = 0.6
 """Independent windows per half-overlapping Hann window."""
+
+UNKNOWN = 5.0
+"""Half the logarithm of an interval that says nothing."""
 
 STARTS = 5
 SMALLEST = 1e-9
@@ -86,17 +90,24 @@ def surroundings(
 
 
 def around(record: Record, model: AxisModel, found: Identification, axis: str) -> Surroundings | None:
-    """As `surroundings`, over what of a record an identification has used."""
+    """As `surroundings`, over the parts of a record in which this axis flew without being excited; where these are too
+    short, over those in which it was: what the model leaves of the excitation then counts as a disturbance."""
     grid = gridded(record, found.rate_hz)
-    used = np.zeros(len(grid.known), bool)
-    for segment in found.segments:
-        if not segment.why:
-            used |= (grid.time >= segment.begin) & (grid.time < segment.end)
-    index = AXES.index(axis)
-    stretches = [
-        (grid.rates[begin:end, index], grid.moment[begin:end, index]) for begin, end in runs(used & grid.known)
-    ]
-    return surroundings(stretches, model, grid.rate_hz)
+    flown = [segment for segment in found.segments if segment.why not in WORDS.values()]
+    calm = [segment for segment in flown if axis not in segment.axes]
+    for segments in (calm, flown):
+        stretches = _stretches(grid, segments, AXES.index(axis))
+        seen = surroundings(stretches, model, grid.rate_hz)
+        if seen is not None:
+            return seen
+    return None
+
+
+def _stretches(grid: Grid, segments: Sequence[Segment], index: int) -> list[tuple[Floats, Floats]]:
+    within = np.zeros(len(grid.known), bool)
+    for segment in segments:
+        within |= (grid.time >= segment.begin) & (grid.time < segment.end)
+    return [(grid.rates[a:b, index], grid.moment[a:b, index]) for a, b in runs(within & grid.known)]
 
 
 def _fitted(
@@ -143,4 +154,5 @@ def _reach(best: Floats, expected: Callable[[Floats], Floats], independent: floa
     )
     slopes /= step
     information = independent * slopes @ slopes.T
-    return np.asarray(NORMAL_95 * np.sqrt(np.maximum(np.diag(np.linalg.pinv(information)), 0.0)))
+    reach = NORMAL_95 * np.sqrt(np.maximum(np.diag(np.linalg.pinv(information)), 0.0))
+    return np.asarray(np.minimum(reach, UNKNOWN))

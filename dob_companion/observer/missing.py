@@ -1,20 +1,20 @@
 """How much may be missing between two samples before an estimate is worth too little to correct with.
 
-A design foresees the size of its own error: d - z^-tau d_hat in its loop, driven by the disturbance and noise that it
-was made for. What stands in the place of missing samples (`GyroModel.bridge`, a moment that is held) adds to it; the
-difference from an observer with complete data is Gaussian, with a covariance that follows from the same loop. The
-bound: the longest run of missing samples by which the root mean square of the whole error at most doubles, then or at
-any sample after.
+A design foresees the size of its own error: d - z^-tau d_hat in its loop, driven by the weather that its spec states,
+or by its weights where it states none. What stands in the place of missing samples (`GyroModel.bridge`, a moment that
+is held) adds to it; the difference from an observer with complete data is Gaussian, with a covariance that follows from
+the same loop. The bound: the longest run of missing samples by which the root mean square of the whole error at most
+doubles, then or at any sample after.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.artifact import DobDesign, Problem
+from dob_companion.artifact import Certificate, DobDesign, Problem
 from dob_companion.lti.gramian import gramian
 from dob_companion.lti.loop import weighted_loop
 from dob_companion.lti.predictor import Predictor, Weighted
@@ -43,6 +43,19 @@ AFTERWARDS = 25
 """Samples after the missing ones within which the error that they leave behind is at its largest."""
 
 
+class Weather(NamedTuple):
+    """What a spec states: rms of the disturbance (normalized torque) and the corner of its low-pass, rms of the gyro's
+    white noise (rad/s), each axis alike."""
+
+    disturbance_rms: float
+    corner_hz: float
+    noise_rms: float
+
+
+WEATHER = "weather"
+"""Name of a further finding of a certificate, an object with the fields of `Weather`."""
+
+
 class Missing(NamedTuple):
     """Samples in a row that may be missing: of gyro and moment together, and of the moment alone."""
 
@@ -62,27 +75,52 @@ def longest(dt: float) -> int:
 
 def missing_samples(design: DobDesign) -> Missing:
     """The bounds of a design: those of its weakest block."""
-    each = [_missing_in(block.problem, block.observer, block.delay_samples, design.dt) for block in design.blocks]
+    each = [
+        _missing_in(block.problem, block.observer, block.delay_samples, design.dt, stated_weather(block.certificate))
+        for block in design.blocks
+    ]
     return Missing(min(bound.samples for bound in each), min(bound.moments for bound in each))
 
 
 @lru_cache(maxsize=16)
-def _missing_in(problem: Problem, observer: StateSpaceData, delay: int, dt: float) -> Missing:
+def _missing_in(problem: Problem, observer: StateSpaceData, delay: int, dt: float, weather: Weather | None) -> Missing:
     """`missing_in` of frozen matrices, found once for a design however often a flight begins with it."""
-    return missing_in(problem, observer, delay, longest(dt))
+    return missing_in(problem, observer, delay, dt, weather)
 
 
-def missing_in(problem: _Problem, observer: System, delay: int, most: int) -> Missing:
-    """The bounds of one block with a correction `delay` samples old, at most `most`.
+def stated_weather(certificate: Certificate) -> Weather | None:
+    """What the spec of a certified block stated; None where it stated nothing, or nothing that is a weather."""
+    stated = certificate.extra.get(WEATHER)
+    if not isinstance(stated, Mapping):
+        return None
+    values = [stated.get(name) for name in Weather._fields]
+    numbers = [float(value) for value in values if isinstance(value, int | float) and 0.0 < value < np.inf]
+    return Weather(*numbers) if len(numbers) == len(values) else None
+
+
+def missing_in(problem: _Problem, observer: System, delay: int, dt: float, weather: Weather | None = None) -> Missing:
+    """The bounds of one block with a correction `delay` samples old, at a sample time of dt, s.
 
     Raises NotConvergedError for a loop that is unstable, or a problem whose predictor does not come to rest.
     """
-    flight = _Flight(problem, observer, delay, most + 2)
+    most = longest(dt)
+    weights = (problem.disturbance_weight, problem.noise_weight)
+    if weather is not None:
+        weights = _weights(weather, dt, *problem.plant.D.shape)
+    flight = _Flight(problem, observer, delay, most + 2, *weights)
     allowed = np.sqrt(GROWTH**2 - 1.0) * flight.error_rms
     return Missing(
         _longest_run(lambda missing: bool(np.all(flight.without_pairs(missing) <= allowed)), most),
         _longest_run(lambda missing: bool(np.all(flight.without_moments(missing) <= allowed)), most),
     )
+
+
+def _weights(weather: Weather, dt: float, rates: int, moments: int) -> tuple[System, System]:
+    """Disturbance and noise, each axis of its own."""
+    pole = float(np.exp(-2.0 * np.pi * weather.corner_hz * dt))
+    one, size = np.eye(moments), weather.disturbance_rms * np.sqrt(1.0 - pole**2)
+    disturbance = StateSpaceData(pole * one, one, size * one, 0.0 * one)
+    return disturbance, StateSpaceData([], [], [], weather.noise_rms * np.eye(rates))
 
 
 def _longest_run(bearable: Callable[[int], bool], most: int) -> int:
@@ -96,19 +134,14 @@ class _Flight:
     that is known before something is missing.
     """
 
-    def __init__(self, problem: _Problem, observer: System, delay: int, samples: int) -> None:
+    def __init__(
+        self, problem: _Problem, observer: System, delay: int, samples: int, disturbance: System, noise: System
+    ) -> None:
         self._observer = observer
         self._predictor = predictor = Predictor.of(problem)
         self._bridges = predictor.bridging(samples)
         self._afterwards = powers(observer.A.T, observer.C.T, AFTERWARDS).transpose(0, 2, 1)  # C A^k
-        loop = weighted_loop(
-            problem.plant,
-            problem.controller,
-            observer,
-            problem.disturbance_weight,
-            problem.noise_weight,
-            delay,
-        )
+        loop = weighted_loop(problem.plant, problem.controller, observer, disturbance, noise, delay)
         n, k, w = len(loop.A), len(predictor.A), loop.B.shape[1]
         (C_y, D_y), (C_u, D_u), (C_e, D_e) = loop.y_n, loop.u_e, loop.error
         K, F = predictor.K, predictor.A - predictor.K @ predictor.C
@@ -178,6 +211,9 @@ class _Flight:
 
 
 def _root(P: Array) -> Array:
-    """R with R R' = P, for P symmetric and positive semidefinite up to rounding."""
-    values, vectors = np.linalg.eigh(P)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+    """R with R R' = P, for P symmetric and positive semidefinite up to rounding. States of very different sizes keep
+    their digits: eigenvalues are those of the correlations."""
+    size = np.sqrt(np.maximum(np.diag(P), 0.0))
+    unit = np.where(size > 0.0, size, 1.0)
+    values, vectors = np.linalg.eigh(P / np.outer(unit, unit))
+    return np.asarray(unit[:, None] * (vectors * np.sqrt(np.maximum(values, 0.0))))

@@ -1,14 +1,16 @@
 """What is put in the place of missing samples, against a dense covariance and against flights drawn at random."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from dob_companion.artifact import StateSpaceData
 from dob_companion.lti.loop import weighted_loop
 from dob_companion.lti.predictor import Predictor
 from dob_companion.observer import GyroModel, Missing, ObserverBank, missing_samples
-from dob_companion.observer.missing import GROWTH, _Flight, longest
+from dob_companion.observer.missing import GROWTH, WEATHER, Weather, _Flight, longest, missing_in, stated_weather
 from tests.companion.aircraft import small_design
 from tests.observer.designs import designed
 
@@ -16,7 +18,8 @@ DESIGNS = ["paper", "tuned", "ardupilot"]
 
 
 def flight_of(block, samples):
-    return _Flight(block.problem, block.observer, block.delay_samples, samples)
+    weights = block.problem.disturbance_weight, block.problem.noise_weight
+    return _Flight(block.problem, block.observer, block.delay_samples, samples, *weights)
 
 
 def drawn(block, samples, seed, settle=2000):
@@ -153,3 +156,36 @@ def test_an_axis_that_no_block_covers_is_bridged_by_a_line():
         pytest.approx((0.3, 1.75)),
         pytest.approx((0.4, 2.0)),
     ]
+
+
+def in_other_units(system, sizes):
+    """The same system, its states measured in units of these sizes."""
+    return StateSpaceData(system.A * sizes / sizes[:, None], system.B / sizes[:, None], system.C * sizes, system.D)
+
+
+def test_the_bounds_do_not_depend_on_the_units_of_states():
+    """A gyro filter in companion form has states a million times apart."""
+    block = designed("ardupilot").blocks[0]
+    bound = missing_in(block.problem, block.observer, block.delay_samples, 0.004)
+    sizes = np.geomspace(1e-4, 1e4, len(block.problem.plant.A))
+    plant = in_other_units(block.problem.plant, sizes)
+    turned = replace(block.problem, plant=plant)
+    assert missing_in(turned, block.observer, block.delay_samples, 0.004) == bound
+
+
+def test_a_stated_weather_stands_in_the_place_of_weights():
+    block = designed("paper").blocks[0]
+    calm = Weather(disturbance_rms=0.05, corner_hz=0.3, noise_rms=1e-5)
+    by_weather = missing_in(block.problem, block.observer, block.delay_samples, 0.004, calm)
+    by_weights = missing_in(block.problem, block.observer, block.delay_samples, 0.004)
+    assert by_weather.moments > by_weights.moments
+    stated = replace(block.certificate, extra={**block.certificate.extra, WEATHER: calm._asdict()})
+    assert stated_weather(stated) == calm
+    for wrong in (
+        None,
+        3,
+        {"noise_rms": 1.0},
+        {**calm._asdict(), "corner_hz": -1.0},
+        {**calm._asdict(), "corner_hz": "1"},
+    ):
+        assert stated_weather(replace(stated, extra={WEATHER: wrong})) is None

@@ -15,7 +15,7 @@ from dob_companion.artifact import Certificate
 from dob_companion.artifact.flyable import GREATEST_COMMAND_LEAK
 from dob_companion.errors import NotCertifiedError, NotConvergedError
 from dob_companion.lti.response import gains, spectral_radius
-from dob_companion.observer.missing import longest, missing_in
+from dob_companion.observer.missing import missing_in
 from dob_companion.synthesis.certify.margins import (
     axis_disk_margins,
     bandwidth,
@@ -102,7 +102,7 @@ def _missing(problem: Problem, observer: Any) -> dict[str, int | None]:
     """Samples and moments in a row that may be missing in flight; None for a problem that no predictor follows, which
     does not fly."""
     try:
-        bound = missing_in(problem, observer, max(problem.delays), longest(problem.dt))
+        bound = missing_in(problem, observer, max(problem.delays), problem.dt)
     except NotConvergedError:
         return {"missing_samples": None, "missing_moments": None}
     return {"missing_samples": bound.samples, "missing_moments": bound.moments}

@@ -25,6 +25,7 @@ import numpy as np
 
 from dob_companion.artifact import DobBlock, DobDesign
 from dob_companion.errors import DobError, NotCertifiedError, SpecError, UnsolvableError, placed
+from dob_companion.observer.missing import WEATHER, Weather, missing_in
 from dob_companion.synthesis.design import assembled, design_block, synthesize
 from dob_companion.synthesis.numeric import numbers_judged
 from dob_companion.synthesis.plant.minimal import minimal
@@ -134,7 +135,22 @@ def tuned_design_from_toml(
 def designed_and_tuned(task: Task) -> tuple[DobBlock, Tuning]:
     """One block, with the weights that were found for it. Raises as `tune_block` and `design_block` do."""
     tuning = tune_block(task.block, task.dt, task.gamma_backoff, task.auto, tradeoff=task.tradeoff)
-    return design_block(_with_weights(task.block, tuning), task.dt, task.gamma_backoff), tuning
+    block = design_block(_with_weights(task.block, tuning), task.dt, task.gamma_backoff)
+    return _in_its_weather(block, task), tuning
+
+
+def _in_its_weather(block: DobBlock, task: Task) -> DobBlock:
+    """What may be missing is judged by the weather that the spec states, where it says how strong that is: a third of
+    the largest disturbance is its rms, and a band counts as a low-pass at its middle."""
+    if task.block.largest_disturbance is None:
+        return block
+    auto = task.auto
+    corner = auto.corner_hz or float(np.sqrt(auto.low_hz * auto.high_hz))
+    weather = Weather(task.block.largest_disturbance / 3.0, corner, auto.noise_rms)
+    bound = missing_in(block.problem, block.observer, block.delay_samples, task.dt, weather)
+    found = {"missing_samples": bound.samples, "missing_moments": bound.moments, WEATHER: weather._asdict()}
+    extra = {**block.certificate.extra, **found}
+    return replace(block, certificate=replace(block.certificate, extra=extra))
 
 
 def _with_weights(block: BlockSpec, tuning: Tuning) -> BlockSpec:
