@@ -26,8 +26,7 @@ def add_parser(commands: Any) -> None:
         "mid-flight, and compare; or fly another scenario with the observer tuned for its link, and its checks; or, "
         "with --spec, an aircraft of your own: the plant that the spec names, under its controllers. "
         "Results go to DIR: design.json, result.json, report.html, flight.png, flight.npz.",
-        epilog="examples: dob-companion demo --fast --scenario dryden -o /tmp/demo;  "
-        "dob-companion demo --fast --spec examples/px4_sih.toml",
+        epilog="example: dob-companion demo --fast --spec examples/px4_sih.toml",
     )
     parser.add_argument("-o", "--out", type=Path, default=Path("dob-demo"), metavar="DIR", help="(%(default)s)")
     parser.add_argument("--scenario", default="paper", metavar="NAME", help="or a .toml file (%(default)s)")
