@@ -25,14 +25,15 @@ POLES, LAGS, DELAYS = (0.0, 1.0, 3.0, 8.0), (0.0, 0.01, 0.03, 0.08), (0.0, 0.005
 LEAST, MOST = np.array([0.0, 0.0, 0.0, -0.1]), np.array([30.0, 0.4, 0.25, 0.4])
 """Of slow pole (rad/s), lag, delay and lead (s)."""
 SCALE = np.array([1.0, 0.01, 0.01, 0.01])
-MODE_DAMPING = 0.05
 POLE, LAG, DELAY, LEAD, MODES = 0, 1, 2, 3, 4
+SHARED = 1.4
+"""Variance of parameters over that of independent frequencies: neighbouring bands share windows. By simulation."""
 NIL = 1e-5
 """Of a parameter's scale: what a bound is as good as reached by."""
 LEADS = (-0.01, 0.01, 0.03)
 """Where the search for one starts."""
 INSIST = 10.0
-"""BIC must be lower by this for a lead."""
+"""BIC must be lower by this for a lead, and for a mode."""
 
 
 @cache
@@ -176,17 +177,21 @@ def fit_structures(data: Data, modes: int = 0, start: Floats | None = None) -> t
 
 
 def _with_mode(base: Fit) -> Fit:
-    """One flexible mode more, where it helps most."""
+    """One flexible mode more, where it helps most; none where the data do not ask for it."""
     data = base.data
     w = data.frequency
-    tries = []
-    for centre in np.geomspace(w[len(w) // 3], w[-1], 10):
-        for ratio in (0.9, 1.1):
-            mode = [centre, MODE_DAMPING, ratio * centre, MODE_DAMPING]
-            p = np.concatenate([base.parameters, mode])
-            tries.append(fit(data, tuple(range(len(p) - 4, len(p))), p))
-    best = min(tries, key=lambda one: one.squares)
-    return fit(data, tuple(range(len(best.parameters))), best.parameters)
+    tries = [
+        np.concatenate([base.parameters, [centre, damping, ratio * centre, damping]])
+        for centre in np.geomspace(w[len(w) // 4], w[-1], 40)
+        for ratio in (0.85, 0.93, 1.07, 1.18)
+        for damping in (0.02, 0.06)
+    ]
+    start = min(tries, key=lambda p: float(np.sum(data.residual(data.gain(p), p) ** 2)))
+    own = tuple(range(len(start) - 4, len(start)))
+    moved = fit(data, own, start)
+    best = fit(data, (*base.free, *own), moved.parameters)
+    asked = INSIST + len(own) * float(np.log(2.0 * len(w)))
+    return best if (base.squares - best.squares) / max(1.0, best.chi2) > asked else base
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +209,7 @@ def spread(richest: Fit) -> Spread:
     By the curvature at the best fit, widened by the scatter that it leaves; where a parameter is near 0, by profile:
     as far as it can be moved, all others fitted anew, before the sum of squares has grown too much.
     """
-    data, scatter = richest.data, max(1.0, richest.chi2)
+    data, scatter = richest.data, SHARED * max(1.0, richest.chi2)
     free = np.array(richest.free)
     x = np.concatenate([[1.0], richest.parameters[free]])
     scale = np.concatenate([[1.0], _limits(richest.parameters)[0][free]])
@@ -224,7 +229,8 @@ def spread(richest: Fit) -> Spread:
     quantile = float(t_distribution.ppf(0.975, max(2, 2 * len(data.frequency) - len(x))))
     deviation = np.sqrt(np.diag(covariance))
     intervals = x[:, None] + quantile * deviation[:, None] * np.array([-1.0, 1.0])
-    if np.any(x - least < 1.3 * quantile * deviation):  # near a bound the curvature says little
+    near = x - least < 1.3 * quantile * deviation
+    if np.any(near[: 1 + MODES]):  # near a bound the curvature says little
         limit = richest.squares + scatter * quantile**2
         for k in range(len(x)):
             for side in (0, 1):

@@ -36,6 +36,9 @@ WEAK = 0.05
 """Largest relative variance of S_ur: above, an instrument is too weak and draws the estimate to the direct one."""
 VAGUE = 0.35
 """Largest relative deviation: what is known worse says nothing."""
+LEAST_WINDOWS = 4.5
+"""So many of the longest fit in, end to end: then half over they are eight."""
+BRIDGED = 2
 LEFT = 2.0
 """Least averages beyond the axes that are estimated together."""
 NEIGHBOURS = np.array([1.0, -2.0 / 3.0, 1.0 / 6.0])
@@ -145,7 +148,7 @@ class Level:
 
 def layouts(sizes: Sequence[int], dt: float, resolution: Resolution = SMOOTH) -> tuple[list[Layout], Floats]:
     """Of all window lengths over stretches of these sizes, samples; and the edges of the bands in Hz."""
-    longest = min(LONGEST_S, max(sizes) * dt / 2.5, sum(sizes) * dt / 3.0)
+    longest = min(LONGEST_S, max(sizes) * dt / 3.0, sum(sizes) * dt / LEAST_WINDOWS)
     lengths = [longest]
     while lengths[-1] / 2.0 >= SHORTEST_S:
         lengths.append(lengths[-1] / 2.0)
@@ -202,12 +205,15 @@ def estimate(
 
 
 def _longest_run(good: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The longest run of good bands without its ends: there, more often than elsewhere, a band is good by luck."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], good, [False])).astype(np.int8)))
+    """The longest run of good bands without its ends: there, more often than elsewhere, a band is good by luck.
+    Up to BRIDGED bands between two good ones do not end a run: a multisine has no lines there."""
+    at = np.flatnonzero(good)
+    if not len(at):
+        return good
+    runs = np.split(at, np.flatnonzero(np.diff(at) > BRIDGED + 1) + 1)
+    longest = max(runs, key=len)
     kept = np.zeros(len(good), bool)
-    if len(edges):
-        longest = 2 * int(np.argmax(edges[1::2] - edges[::2]))
-        kept[edges[longest] + (edges[longest] > 0) : edges[longest + 1] - 1] = True
+    kept[longest[int(longest[0] > 0) : -1]] = True
     return kept
 
 
@@ -233,15 +239,19 @@ def _of_level(level: Level, axis: int, vague: float) -> tuple[Indices, Estimate]
     variance = np.maximum(S_ee * level.banded(_noise_through(instrument, index)), _scatter(level, error * instrument))
     own, deviation = V[:, :, axis], np.sqrt(variance)
     weight = np.sum(np.abs(own * instrument), axis=0)
+    direct = level.banded(np.sum(Y * own.conj(), axis=0)) / level.banded(_power(own))
+    # Chance coherence draws to the direct estimate by this share of the way, to first order; of an axis by itself.
+    drawn = (1.0 - coherence_u[:, axis]) / np.maximum(coherence_u[:, axis] * averages, 1e-300)
+    drawn[np.count_nonzero(H, axis=1) > 1] = 0.0
     estimate = Estimate(
         frequency=2.0 * np.pi * level.banded(weight * level.layout.hertz) / np.maximum(level.banded(weight), 1e-300),
-        value=H[:, axis],
+        value=H[:, axis] + drawn * (H[:, axis] - direct),
         deviation=deviation,
         band=deviation * np.sqrt(f_distribution.ppf(0.95, 2.0, 2.0 * np.maximum(left, 1.0))),
         coherence_u=coherence_u[:, axis],
         coherence_y=_coherence(level, Y, R[:, :, axis]),
         averages=averages,
-        direct=level.banded(np.sum(Y * own.conj(), axis=0)) / level.banded(_power(own)),
+        direct=direct,
     )
     good = strong[:, axis] & (left >= LEFT) & (deviation > 0.0) & (deviation < vague * np.abs(H[:, axis]))
     return level.layout.bands[good], estimate.at(good)

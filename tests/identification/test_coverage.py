@@ -1,7 +1,7 @@
 """How often the truth lies in what is reported: a tail-sitter with a flexible mode, wind, noise and a late link.
 
-The true response must lie within the model's bound at every frequency, measured or not up to ALOFT_HZ, of all three
-axes: 95 of 100 flights. A few flights in the ordinary tests, all with `make proof`.
+The true response must lie within the model's bound at all of LOOKED_AT_HZ, more than was excited, in at least 95 of 100
+flights, for each axis. A few flights are in the ordinary tests, all of them in `make proof`.
 """
 
 import numpy as np
@@ -13,11 +13,11 @@ from tests.identification.hovering import Axis, fly, record
 LINK_S = 0.008
 """Two samples."""
 
-MEASURED_HZ = (0.1, 40.0)
+LOOKED_AT_HZ = (0.1, 40.0)
 
 
 def bending(s):
-    """A wing's first mode: a dip and a peak of 2 % damping, 12 and 13 Hz."""
+    """A wing's first mode: a dip and a peak of 3 % damping, 12 and 13 Hz."""
     dip, peak = 2.0 * np.pi * 12.0, 2.0 * np.pi * 13.0
     return (1.0 + 0.06 * s / dip + (s / dip) ** 2) / (1.0 + 0.06 * s / peak + (s / peak) ** 2)
 
@@ -36,7 +36,7 @@ def flight(seed):
 def inside(found, axis):
     """Whether the bound holds the truth, and which of gain, pole, lag and delay their intervals hold."""
     model, truth = found.axes[axis].model, AXES[axis]
-    hertz = np.geomspace(*MEASURED_HZ, 400)
+    hertz = np.geomspace(*LOOKED_AT_HZ, 400)
     w = 2.0 * np.pi * hertz
     off = np.abs(truth.held(w, 0.004) / model.response(w, 250.0) - 1.0)
     pairs = (
@@ -49,7 +49,7 @@ def inside(found, axis):
 
 
 def test_the_truth_lies_in_the_bound_of_every_axis():
-    for seed in range(4):
+    for seed in range(3):
         found = flight(seed)
         assert found.usable == tuple(AXES), {axis: one.why for axis, one in found.axes.items()}
         assert all(inside(found, axis)[0] for axis in AXES)
@@ -63,3 +63,14 @@ def test_the_truth_lies_in_the_bound_in_95_of_100_flights():
         for axis in AXES:
             held[axis] += axis in found.usable and inside(found, axis)[0]
     assert min(held.values()) >= 95, held
+
+
+def test_a_flexible_mode_is_fitted_when_asked_for_and_only_where_there_is_one():
+    found = identify(
+        record(fly(AXES.values(), 90, 3, coupling=0.02, band=(0.15, 40.0))), axes=("roll", "pitch"), modes=1
+    )
+    (mode,) = found.axes["roll"].model.modes
+    assert mode.frequency_hz.value == pytest.approx(13.0, rel=0.01)
+    assert mode.damping.value == pytest.approx(0.03, rel=0.15)  # a window widens it a little
+    assert found.axes["roll"].model.chi2 < 2.0
+    assert found.axes["pitch"].model.modes == ()
