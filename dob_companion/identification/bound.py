@@ -91,7 +91,11 @@ def _with_peaks(knots: Floats, values: Floats, chosen: Fit, peaks: Peaks) -> tup
 
 def _joined(out: Flags) -> Flags:
     """Runs with a gap of one or two between them are one."""
-    return np.asarray(np.convolve(np.convolve(out, np.ones(3), "same") > 0, np.ones(3), "same") > 2.5) | out
+    joined = out.copy()
+    for gap in (1, 2):
+        for k in np.flatnonzero(out[: -gap - 1] & out[gap + 1 :]):
+            joined[k : k + gap + 1] = True
+    return joined
 
 
 def _rounded(values: Floats) -> list[float]:

@@ -239,7 +239,7 @@ def _of_level(level: Level, axis: int, vague: float) -> tuple[Indices, Estimate]
     variance = np.maximum(S_ee * level.banded(_noise_through(instrument, index)), _scatter(level, error * instrument))
     own, deviation = V[:, :, axis], np.sqrt(variance)
     weight = np.sum(np.abs(own * instrument), axis=0)
-    direct = level.banded(np.sum(Y * own.conj(), axis=0)) / level.banded(_power(own))
+    direct = level.banded(np.sum(Y * own.conj(), axis=0)) / np.maximum(level.banded(_power(own)), 1e-300)
     # Chance coherence draws to the direct estimate by this share of the way, to first order; of an axis by itself.
     drawn = (1.0 - coherence_u[:, axis]) / np.maximum(coherence_u[:, axis] * averages, 1e-300)
     drawn[np.count_nonzero(H, axis=1) > 1] = 0.0

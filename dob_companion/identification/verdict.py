@@ -22,6 +22,8 @@ LATE_S = 0.025
 """Largest width of the delay's interval."""
 WRONG, FAR_OFF = 4.0, 0.25
 """Held-out χ² and misfit that together refute a model."""
+PLAUSIBLE = (0.5, 2e4)
+"""rad/s² per unit of torque, from a heavy aircraft's yaw to a racer's roll."""
 APART = 0.15
 """Largest relative standard deviation of the gain from segment to segment."""
 
@@ -92,6 +94,11 @@ def not_one_aircraft(model: AxisModel, between: float, gains: Floats) -> str:
     """Why a model cannot be an aircraft's, or not one's throughout; "" where it can."""
     if model.acceleration_per_unit.value <= 0.0:
         return "the gain is negative: a sign is flipped, or axes are swapped, or this shows the controller"
+    if not PLAUSIBLE[0] <= model.acceleration_per_unit.value <= PLAUSIBLE[1]:
+        return (
+            f"a gain of {model.acceleration_per_unit.value:.3g} rad/s² per unit is no aircraft's: "
+            "are rates in rad/s and moments from -1 to 1?"
+        )
     if between > APART:
         said = ", ".join(f"{value:.3g}" for value in gains)
         return f"the gain differs between segments ({said} rad/s² per unit): payload, battery or scaling changed"

@@ -43,6 +43,7 @@ WHOLE = record(EXCITED)
         ({"vehicle": "plane"}, "does not hover"),
         ({"saturated": Facts(np.zeros(1), np.ones(1, bool))}, "saturated throughout"),
         ({"rates": replace(WHOLE.rates, values=-WHOLE.rates.values)}, "negative"),
+        ({"rates": replace(WHOLE.rates, values=np.degrees(np.degrees(WHOLE.rates.values)))}, "are rates in rad/s"),
         ({"rates": replace(WHOLE.rates, values=np.roll(WHOLE.rates.values, 1, axis=1))}, "axes swapped"),
         ({"moment": replace(WHOLE.moment, values=np.roll(WHOLE.moment.values, 1, axis=1))}, "axes swapped"),
         ({"moment": replace(WHOLE.moment, values=0.0 * WHOLE.moment.values)}, "never changes"),
@@ -91,3 +92,13 @@ def test_a_gain_that_changes_on_the_way_is_refused():
 def test_an_unknown_filter_state_is_no_design():
     whole = replace(WHOLE, make="ArduPilot", parameters=SOURCE_KNOWS | {"INS_GYRO_FILTER": 20.0})
     assert "does not tell whether its rates have passed" in refused(whole)
+
+
+@pytest.mark.parametrize("seconds", [0.05, 1.0, 4.1, 5.0, 7.0])
+def test_short_records_are_answered_in_words(seconds):
+    def cut(signal):
+        kept = (signal.time >= 3.0) & (signal.time < 3.0 + seconds)
+        return Signal(signal.time[kept], signal.values[kept])
+
+    found = identify(replace(WHOLE, rates=cut(WHOLE.rates), moment=cut(WHOLE.moment)))
+    assert all(one.why for one in found.axes.values())
