@@ -257,7 +257,7 @@ class DobLoop:
         if not _finite(applied.moment):
             self._fail("applied moment not finite")
             return
-        revisions = self.samples.moment(applied.stamp_us, applied.moment)
+        revisions = self.samples.moment(applied.stamp_us, applied.moment, applied.correction, applied.read_late_us)
         if revisions is not None:
             for revision in revisions:
                 self._observer.revise(*revision)

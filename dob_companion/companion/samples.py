@@ -14,7 +14,9 @@ system has (on the negative real axis, or at 0 after a delay), and then A^(h/dt)
 
 What a lossy link makes of it: up to a bound that follows from the design (`observer.missing`), samples that did not
 come are put in as the design's own model expects them, given what came before and the sample that ended the silence.
-A moment is held until the next. When more than HELD of them are missing, the gyro's samples say nothing that could be
+A moment is held until the next, unless a program beside the controller has read it: then the controller's part lies on
+the line between two readings, for what is held would be late by half the time between them, and in a closed loop that
+is another plant. When more than HELD of them are missing, the gyro's samples say nothing that could be
 told from a change of the moment: until the next moment comes, those that the model expects stand for them. What comes
 late is no loss: the difference between what an interval was finished with and what is known now is told, and the
 observer put right. Beyond the bound it is a gap, after which the observer starts anew. A gyro stamp that is not newer
@@ -50,6 +52,8 @@ AHEAD = 32
 """A moment stamped so many dt ahead of the newest gyro sample is of no use when that one's successor comes: between
 them lies a gap."""
 
+NOTHING: Axes3 = (0.0, 0.0, 0.0)
+
 MOST_MOMENTS = 64
 """Moments kept at most, the newest."""
 
@@ -81,6 +85,9 @@ class SampleCounters:
     early: int = 0
     restarts: int = 0
 
+
+_Moment = tuple[int, Axes3, Axes3, int | None]
+"""Stamp; the controller's part, or all where it was not read beside it; ours; how late that acts (None: not read)."""
 
 Inputs = tuple[Axes3, Axes3]
 """One interval of the grid: rates at its begin (rad/s) and mean applied moment (normalized torque)."""
@@ -130,7 +137,7 @@ class Samples:
         self._rates: Axes3 = (0.0, 0.0, 0.0)
         self._grid = 0.0
         self._grid_rates: Axes3 = (0.0, 0.0, 0.0)
-        self._moments: list[tuple[int, Axes3]] = []
+        self._moments: list[_Moment] = []
         self._finished: deque[_Interval] = deque(maxlen=revisable(missing))
         self._owed = 0  # missing samples that have not been made up for, each by one that follows its predecessor
         self._spoilt = False
@@ -140,8 +147,12 @@ class Samples:
         """Stamp of the newest gyro sample; None before the first."""
         return self._newest
 
-    def moment(self, stamp_us: int, moment: Axes3) -> tuple[Revision, ...] | None:
+    def moment(
+        self, stamp_us: int, moment: Axes3, ours: Axes3 = NOTHING, read_late_us: int | None = None
+    ) -> tuple[Revision, ...] | None:
         """Keep the moment that acts from a stamp on. Returns what it changes in finished intervals.
+
+        `ours`, the part of it that came from us, matters for one that was read (`AppliedMoment.read_late_us`).
 
         None when it is a repeat, far ahead of the gyro, or older than another and stamped before the newest grid point.
         """
@@ -150,14 +161,17 @@ class Samples:
             self.counters.early += 1
             return None
         finished = self._newest is not None and stamp_us < self._grid - self._tolerance_us
-        known = any(stamp == stamp_us for stamp, _ in self._moments)
+        known = any(stamp == stamp_us for stamp, *_ in self._moments)
         if known or (finished and self._moments and stamp_us < self._moments[-1][0]):
             self.counters.late += 1
             return None
-        before = max((stamp for stamp, _ in self._moments if stamp < stamp_us), default=0)
-        awaited = bool(self._finished) and before < self._finished[-1][0] - self._tolerance_us
+        before = max((stamp for stamp, *_ in self._moments if stamp < stamp_us), default=0)
+        read = read_late_us is not None
+        kept = (stamp_us, _difference(moment, ours), ours, read_late_us) if read else (stamp_us, moment, NOTHING, None)
+        begin, end = self._finished[-1][:2] if self._finished else (0.0, 0.0)
+        awaited = before < (end if read else begin) - self._tolerance_us
         self._forget()
-        insort(self._moments, (stamp_us, moment), key=itemgetter(0))
+        insort(self._moments, kept, key=itemgetter(0))
         del self._moments[:-MOST_MOMENTS]
         return tuple(self._revised()) if finished or awaited else ()
 
@@ -165,8 +179,8 @@ class Samples:
         """The next interval, if the next gyro sample completes it on time and brings no other moment with it."""
         if not self._moments:
             return None
-        stamp, moment = self._moments[-1]
-        return (self._grid_rates, moment) if abs(stamp - self._grid) <= self._tolerance_us else None
+        newest = self._moments[-1]
+        return (self._grid_rates, _whole(newest)) if abs(newest[0] - self._grid) <= self._tolerance_us else None
 
     def gyro(self, stamp_us: int, rates: Axes3) -> Arrived:
         """Take in a gyro sample whose stamp is new (see `known`)."""
@@ -260,7 +274,7 @@ class Samples:
         """The rates to estimate by at the newest grid point."""
         if self._moments_missing(self._grid) <= HELD:
             return self._grid_rates
-        return self._model.expect(finished, self._moments[-1][1])
+        return self._model.expect(finished, _whole(self._moments[-1]))
 
     def _rates_at(
         self, ends: list[float], moments: list[Axes3], previous: int, stamp_us: int, rates: Axes3
@@ -290,22 +304,25 @@ class Samples:
         what has acted.
         """
         at_begin, before_end = begin + self._tolerance_us, end - self._tolerance_us
-        first = sum(stamp <= at_begin for stamp, _ in self._moments) - 1  # in order of their stamps
-        last = sum(stamp < before_end for stamp, _ in self._moments) - 1
+        first = sum(stamp <= at_begin for stamp, *_ in self._moments) - 1  # in order of their stamps
+        last = sum(stamp < before_end for stamp, *_ in self._moments) - 1
         if first < 0:
             return None
-        edges = [begin, *(float(stamp) for stamp, _ in self._moments[first + 1 : last + 1]), end]
+        edges = [begin, *(float(stamp) for stamp, *_ in self._moments[first + 1 : last + 1]), end]
         pieces = [(b - a, self._acting(k, a, b)) for k, (a, b) in enumerate(pairwise(edges), start=first)]
         return pieces[0][1] if len(pieces) == 1 else _mean(pieces)
 
     def _acting(self, which: int, begin: float, end: float) -> Axes3:
         """Mean of one moment's part of an interval."""
-        stamp, moment = self._moments[which]
+        stamp, own, ours, late_us = self._moments[which]
         if which + 1 < len(self._moments):
-            next_stamp, next_moment = self._moments[which + 1]
-            if next_stamp - stamp > (HELD + WHOLE) * self._dt_us:
-                return _between(moment, next_moment, ((begin + end) / 2 - stamp) / (next_stamp - stamp))
-        return moment
+            next_stamp, next_own, *_ = self._moments[which + 1]
+            if late_us is not None or next_stamp - stamp > (HELD + WHOLE) * self._dt_us:
+                own = _between(own, next_own, ((begin + end) / 2 - stamp) / (next_stamp - stamp))
+        if late_us is None:
+            return own
+        before = self._moments[which - 1][2] if which else ours
+        return _sum(own, _between(ours, before, min(max((stamp + late_us - begin) / (end - begin), 0.0), 1.0)))
 
     def _revised(self) -> Iterator[Revision]:
         """What the moments now known make of the finished intervals."""
@@ -320,8 +337,17 @@ class Samples:
     def _forget(self) -> None:
         """Drop the moments that no interval can need, neither to come nor to be revised."""
         oldest = self._finished[0][0] if self._finished else self._grid
-        acting = sum(stamp <= oldest + self._tolerance_us for stamp, _ in self._moments)
+        acting = sum(stamp <= oldest + self._tolerance_us for stamp, *_ in self._moments)
         del self._moments[: max(0, acting - 1)]
+
+
+def _whole(moment: _Moment) -> Axes3:
+    """Both parts."""
+    return moment[1] if moment[3] is None else _sum(moment[1], moment[2])
+
+
+def _sum(one: Axes3, other: Axes3) -> Axes3:
+    return one[0] + other[0], one[1] + other[1], one[2] + other[2]
 
 
 def _difference(after: Axes3, before: Axes3) -> Axes3:

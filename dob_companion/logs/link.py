@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dob_companion.autopilots.ardupilot import LOOP_RATE
 from dob_companion.errors import LogError
 from dob_companion.identification.record import Record
 from dob_companion.logs.found import Found, Setting, records
@@ -23,9 +22,6 @@ from dob_companion.mavlink.overheard import (
     Parameter,
     identity_in,
 )
-
-USUAL_LOOP_HZ = 400.0
-"""SCHED_LOOP_RATE of a multirotor."""
 
 _FILTERED = {ARDUPILOT: True, PX4: False}
 """Whether HIGHRES_IMU has passed the gyro filter that the rate controller sees (INS_GYRO_FILTER, IMU_GYRO_CUTOFF)."""
@@ -61,6 +57,7 @@ class _Collector:
         self.signals: dict[str, _Rows] = {}
         self.facts: dict[str, tuple[list[int], list[bool]]] = {}
         self.settings: list[Setting] = []
+        self.read_late_us: int | None = None
         self._system, self._landed = system, landed
 
     def take(self, place: int, fact: Overheard) -> None:
@@ -68,6 +65,7 @@ class _Collector:
             case GyroSample(stamp, rates):
                 self._signal("rates", place, stamp, rates)
             case AppliedMoment(stamp, moment, thrust, correction):
+                self.read_late_us = fact.read_late_us
                 self._signal("moment", place, stamp, moment)
                 self._signal("thrust", place, stamp, (thrust,))
                 self._signal("injected", place, stamp, correction)
@@ -125,13 +123,8 @@ def records_of(heard: Callable[[], Iterator[Heard]], source: str, remarks: Itera
     if bad := overhearing.damaged:
         said.append(f"{bad} damaged messages left out")
     found = records(_found(collector, identity, source, tuple(said)))
-    return tuple(map(_read_by_script, found)) if identity.make == ARDUPILOT else found
-
-
-def _read_by_script(record: Record) -> Record:
-    """dob_correction.lua reads the controller's moment at any time of the main loop, and what it adds acts from the
-    next one on."""
-    return replace(record, moment_read_late_s=0.5 / record.parameters.get(LOOP_RATE, USUAL_LOOP_HZ))
+    late_us = collector.read_late_us
+    return found if late_us is None else tuple(replace(each, moment_read_late_s=1e-6 * late_us) for each in found)
 
 
 def _flying(collector: _Collector, make: str) -> None:

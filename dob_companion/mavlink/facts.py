@@ -55,7 +55,8 @@ class AppliedMoment:
     """u_e(k): normalized torque acting from `stamp_us` on, correction and saturation included.
 
     `correction` is the part of it that came from us, `age_samples` how old that part is (negative: none), `thrust`
-    the thrust setpoint, 0…1.
+    the thrust setpoint, 0…1. With `read_late_us` it was read by a program beside the controller, less often than that
+    makes a new one: the controller's part is a sample of what acts around the stamp, ours acts from so much later on.
     """
 
     stamp_us: int
@@ -63,6 +64,7 @@ class AppliedMoment:
     thrust: float
     correction: Axes3
     age_samples: float
+    read_late_us: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
