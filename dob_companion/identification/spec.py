@@ -28,7 +28,7 @@ LEAST_NOISE = 5e-4
 MARGIN_KEPT, LEAST_MARGIN, MOST_MARGIN = 0.8, 0.2, 0.4
 """The loop with the observer is to keep this share of the disk margin that it has without, within these ends."""
 
-LIMIT_OF_RMS, LEAST_LIMIT, MOST_LIMIT = 10.0, 0.05, 0.3
+LIMIT_OF_RMS, LEAST_LIMIT, MOST_LIMIT = 10.0, 0.15, 0.3
 """What the observer is asked to reject at most: this many times the rms that was seen, within these ends."""
 
 

@@ -236,3 +236,37 @@ def test_a_stream_that_stops_or_comes_in_bursts_is_not_another_clock(stopped):
         for j in range(20):
             samples.moment(DT_US * (k + j), np.zeros(3))
     assert samples.clocks.why == ""
+
+
+def controller_at(t_us):
+    """What a controller puts out, on a line for a second: torque."""
+    return tuple(1e-7 * t_us * np.array([1.0, -2.0, 0.5]))
+
+
+def test_a_moment_that_was_read_lies_on_the_line_between_two_readings_and_our_part_acts_later():
+    """Readings 5 and 7 ms apart, gyro samples each 4 ms: each finished interval ends up with its true mean."""
+    samples, ours, late = new_samples(9, 9), (0.01, 0.0, -0.02), 1250
+    samples.gyro(0, np.zeros(3))
+    finished = {}
+    readings = np.cumsum([0, *[5000, 7000] * 20])
+    stamp = 0
+    for reading in readings:
+        while stamp + DT_US <= reading:
+            stamp += DT_US
+            for inputs in samples.gyro(stamp, np.zeros(3)).finished:
+                finished[len(finished)] = np.array(inputs[1])
+        began = ours if reading >= 30_000 else (0.0, 0.0, 0.0)
+        whole = np.add(controller_at(reading), began)
+        revised = Samples.moment(samples, int(reading), tuple(whole.tolist()), began, late)
+        for ago, _, change in revised or ():
+            finished[len(finished) - 1 - ago] += change
+    begins = DT_US * np.arange(len(finished))
+    first = next(int(reading) for reading in readings if reading >= 30_000) + late
+    for k, begin in enumerate(begins[: first // DT_US - 1]):
+        assert finished[k] == pytest.approx(controller_at(begin + DT_US / 2), abs=1e-9)
+    share = (begins[first // DT_US] + DT_US - first) / DT_US
+    assert finished[first // DT_US] == pytest.approx(
+        np.add(controller_at(begins[first // DT_US] + DT_US / 2), share * np.array(ours)), abs=1e-9
+    )
+    for k in range(first // DT_US + 1, len(finished) - 3):
+        assert finished[k] == pytest.approx(np.add(controller_at(begins[k] + DT_US / 2), ours), abs=1e-9)

@@ -83,7 +83,7 @@ def test_what_was_not_seen_is_assumed_and_says_so():
     )
     text = spec_text(found, by_parameters(copter(), ("roll",)), {"roll": wide}, TWO, 250.0)
     assert "disturbance_corner_hz = 1.0   # assumed: gusts; the air was too calm to show it" in text
-    assert parse_spec(text).blocks[0].largest_disturbance == 0.05
+    assert parse_spec(text).blocks[0].largest_disturbance == 0.15
     short = spec_text(found, by_parameters(copter(), ("roll",)), {"roll": None}, TWO, 250.0)
     assert "noise_rms = 0.0005   # rad/s; assumed" in short
 
