@@ -1,39 +1,44 @@
-"""Excite ArduCopter in its simulator over the link, and identify it: no model given.
+"""Excite ArduCopter in its simulator over the link: what `identify` needs, no model given.
 
     DOB_ARDUCOPTER=/path/to/arducopter python -m tests.ardupilot.excited -o DIR [OPTIONS OF excite…]
 
-Then `dob-companion identify --log DIR/excited/excite.tlog -o DIR`. Linux only, as `tests.ardupilot.flights`.
+Then `dob-companion tune --log DIR/excited/excite.tlog -o DIR`. Linux only, as `tests.ardupilot.flights`.
 """
 
 import argparse
+import contextlib
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from tests.ardupilot.simulator import COMPANION_LINK, Ground, copter, in_namespace
 
+Aircraft = Callable[[Path], contextlib.AbstractContextManager]
 
-def main() -> None:
+
+def main(module: str, text: str, aircraft: Aircraft, ground: type[Ground], link: str) -> None:
     """Enter the namespace, take off, excite."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-o", type=Path, required=True, metavar="DIR")
     arguments, more = parser.parse_known_args()
-    out = arguments.out.resolve()
-    out.mkdir(parents=True, exist_ok=True)
     if "DOB_FLIGHT_INSIDE" not in os.environ:
-        command = in_namespace("-m", "tests.ardupilot.excited", *sys.argv[1:])
+        command = in_namespace("-m", module, *sys.argv[1:])
         sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
-    with copter(Path(os.environ["DOB_ARDUCOPTER"]), out):
-        ground = Ground(out / "ground.tlog")
+    out = arguments.o.resolve()
+    out.mkdir(parents=True, exist_ok=True)
+    with aircraft(out):
+        station = ground(out / "ground.tlog")
         try:
-            ground.fly()
-            command = [sys.executable, "-m", "dob_companion", "excite", "--link", COMPANION_LINK]
-            code = subprocess.run([*command, "-o", str(out / "excited"), *more], check=False).returncode
+            station.fly()
+            command = [sys.executable, "-m", "dob_companion", "excite", "--link", link, "-o", str(out / "excited")]
+            code = subprocess.run([*command, *more], check=False).returncode
         finally:
-            ground.close()
+            station.close()
     sys.exit(code)
 
 
 if __name__ == "__main__":
-    main()
+    program = Path(os.environ.get("DOB_ARDUCOPTER", "arducopter"))
+    main("tests.ardupilot.excited", __doc__, lambda out: copter(program, out), Ground, COMPANION_LINK)
