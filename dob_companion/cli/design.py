@@ -57,12 +57,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def design_into(
-    folder: Path, path: Path, *, auto: bool, order: int | None = None, tradeoff: bool = True
+    folder: Path, path: Path, *, auto: bool, order: int | None = None
 ) -> "tuple[DobDesign, tuple[Tuning, ...]]":
     """Design what the spec at `path` asks, and write design.json, report.html and figures into `folder`.
 
-    Without `tradeoff` nothing is said of other limits than those asked for. Raises SpecError, UnsolvableError and
-    NotCertifiedError; then nothing is written.
+    Raises SpecError, UnsolvableError and NotCertifiedError; then nothing is written.
     """
     from dob_companion.report.design_page import design_report
     from dob_companion.synthesis import design_from_toml
@@ -72,7 +71,7 @@ def design_into(
     created = datetime.now(UTC).isoformat(timespec="seconds")
     spec = read_text(path)
     if auto:
-        found, tunings = _tuned(spec, path, created, tradeoff)
+        found, tunings = _tuned(spec, path, created)
     else:
         found, tunings = design_from_toml(spec, str(path), created, reader_beside(path), largest_order=order), ()
     with numbers_judged(str(path)):
@@ -89,14 +88,12 @@ def certificate_text(design: DobDesign, tunings: "tuple[Tuning, ...]") -> str:
     return "\n\n".join([*map(tuning_table, tunings), design_table(design), *findings])
 
 
-def _tuned(text: str, path: Path, created: str, tradeoff: bool) -> "tuple[DobDesign, tuple[Tuning, ...]]":
+def _tuned(text: str, path: Path, created: str) -> "tuple[DobDesign, tuple[Tuning, ...]]":
     from dob_companion.synthesis.tune.tuning import tuned_design_from_toml
 
     try:
         with _processes() as each:
-            return tuned_design_from_toml(
-                text, str(path), created, reader_beside(path), progress, tradeoff=tradeoff, each=each
-            )
+            return tuned_design_from_toml(text, str(path), created, reader_beside(path), progress, each=each)
     finally:
         progress("")
 

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     if outcome.spec is None:
         raise RefusedError(f"{log}: {outcome.why}; {args.out / 'identification.html'} says what to fly next")
     _step("design", str(args.out / SPEC))
-    design, tunings = design_into(args.out, args.out / SPEC, auto=True, tradeoff=False)
+    design, tunings = design_into(args.out, args.out / SPEC, auto=True)
     _show(args, certificate_text(design, tunings))
     result = outcome.to_object() | {"design": str(args.out / "design.json")}
     if not args.no_rehearsal:

@@ -50,7 +50,6 @@ class Task:
     dt: float
     gamma_backoff: float
     auto: AutoSpec
-    tradeoff: bool
 
 
 class Each(Protocol):
@@ -66,7 +65,7 @@ class Tuning:
     """How the weights of one block were chosen.
 
     asked, chosen     the limits of [auto], and what the weights found for them measure, solved and certified
-    rows              the trade-off: other limits and what they would give, by rising disk margin; () when not asked for
+    rows              the trade-off: other limits and what they would give, by rising disk margin
     tried             everything that the search measured
     own               the spec's own weights by the same yardstick, when it has any
     disk_margin_off   of the loop without observer
@@ -104,14 +103,12 @@ def tuned_design_from_toml(
     read: Reader | None = None,
     progress: Callable[[str], None] = lambda _: None,
     *,
-    tradeoff: bool = True,
     each: Each = map,
 ) -> tuple[DobDesign, tuple[Tuning, ...]]:
     """From a spec with an [auto] table to a certified design and how each block was tuned; `progress` hears of blocks.
 
-    `read` fetches the model files that the spec names. Without `tradeoff` no other limits are tried than those asked
-    for, which takes less than half the time. `each` is how a function is applied to all blocks, in their order: as
-    `map` does, or by several processes.
+    `read` fetches the model files that the spec names. `each` is how a function is applied to all blocks, in their
+    order: as `map` does, or by several processes.
 
     Raises SpecError, UnsolvableError (also when the limits cannot be kept, with the numbers) or NotCertifiedError.
     """
@@ -121,7 +118,7 @@ def tuned_design_from_toml(
             f"{source}: key 'auto' is missing: --auto searches weights for what an [auto] table asks: "
             "disturbance_band_hz, noise_rms and least_disk_margin; without --auto the weights in the spec are used"
         )
-    tasks = [Task(block, spec.dt, spec.gamma_backoff, spec.auto, tradeoff) for block in spec.blocks]
+    tasks = [Task(block, spec.dt, spec.gamma_backoff, spec.auto) for block in spec.blocks]
     names = [block.name for block in spec.blocks]
     blocks, tunings = [], []
     progress(f"{', '.join(names)}: searching weights")
@@ -134,7 +131,7 @@ def tuned_design_from_toml(
 
 def designed_and_tuned(task: Task) -> tuple[DobBlock, Tuning]:
     """One block, with the weights that were found for it. Raises as `tune_block` and `design_block` do."""
-    tuning = tune_block(task.block, task.dt, task.gamma_backoff, task.auto, tradeoff=task.tradeoff)
+    tuning = tune_block(task.block, task.dt, task.gamma_backoff, task.auto)
     block = design_block(_with_weights(task.block, tuning), task.dt, task.gamma_backoff)
     return _in_its_weather(block, task), tuning
 
@@ -169,12 +166,12 @@ def tune_block(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec
     """
     try:
         with numbers_judged():
-            return _tune(block, dt, gamma_backoff, auto, tradeoff)
+            return _tune(block, dt, gamma_backoff, auto)
     except DobError as problem:
         raise placed(problem, block.where) from problem
 
 
-def _tune(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec, tradeoff: bool) -> Tuning:
+def _tune(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec) -> Tuning:
     size = len(block.axes)
     plant = minimal(to_state_space(block.plant, dt, (size, size)))
     controller = minimal(to_state_space(block.controller, dt, (size, size)))
@@ -199,7 +196,7 @@ def _tune(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec, tra
         )
 
     search.grid()
-    rows = search.rows(asked) if tradeoff else ()
+    rows = search.rows(asked)  # before the choice, which gains from all that was tried for them
     for slack in SLACKS:
         best = search.best(asked.tightened(slack), POLISH_STEPS)
         if best is None:
