@@ -82,7 +82,7 @@ def _design(demo: Demo, screen: Screen) -> DobDesign:
     screen.act("design", f"solving the H-infinity problem of {demo.spec.name}")
     created = datetime.now(UTC).isoformat(timespec="seconds")
     asked = read_text(demo.spec), str(demo.spec), created, reader_beside(demo.spec)
-    text, design = dumps(tuned_design_from_toml(*asked, tradeoff=False)[0] if demo.auto else design_from_toml(*asked))
+    text, design = dumps(tuned_design_from_toml(*asked)[0] if demo.auto else design_from_toml(*asked))
     write_text(demo.out / "design.json", text)
     screen.certificate(design)
     return design
