@@ -158,7 +158,7 @@ def _with_weights(block: BlockSpec, tuning: Tuning) -> BlockSpec:
     return replace(block, disturbance=disturbance, noise=noise)
 
 
-def tune_block(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec, *, tradeoff: bool = True) -> Tuning:
+def tune_block(block: BlockSpec, dt: float, gamma_backoff: float, auto: AutoSpec) -> Tuning:
     """The weights of one block.
 
     Raises UnsolvableError when there is no observer, or none that keeps the limits (the message says what could be
