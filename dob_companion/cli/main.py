@@ -40,7 +40,18 @@ def _run(argv: Sequence[str] | None) -> int:
         return _complain(f"{where}{problem.strerror or problem}", DobError.exit_code)
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
+    except Exception as problem:  # Ctrl-C in the midst of an import can come out of a package as another error
+        if not _interrupted(problem):
+            raise
+        return EXIT_INTERRUPTED
     return code
+
+
+def _interrupted(problem: BaseException | None) -> bool:
+    """Whether an error came up while Ctrl-C was handled."""
+    while problem is not None and not isinstance(problem, KeyboardInterrupt):
+        problem = problem.__context__
+    return problem is not None
 
 
 def parser() -> argparse.ArgumentParser:

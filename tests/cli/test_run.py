@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from dob_companion.artifact import dumps, sha256_of
+from dob_companion.cli.main import main
 from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, free_port, one_line, run_cli
 from tests.companion.aircraft import small_design
 
@@ -167,3 +168,21 @@ def test_every_command_has_help_with_an_example():
         helped = run_cli(command, "--help")
         assert helped.returncode == 0
         assert f"example: dob-companion {command}" in helped.stdout
+
+
+@pytest.mark.parametrize("interrupted", [True, False])
+def test_ctrl_c_that_a_package_makes_another_error_of_is_still_130(monkeypatch, interrupted):
+    """As one did that was interrupted while it looked up its own version; an error of our own stays one."""
+
+    def broken(_args):
+        try:
+            raise KeyboardInterrupt if interrupted else ValueError
+        except BaseException:
+            raise NameError("PackageNotFoundError") from None
+
+    monkeypatch.setattr("dob_companion.cli.status.run", broken)
+    if interrupted:
+        assert main(["status"]) == 130
+    else:
+        with pytest.raises(NameError):
+            main(["status"])

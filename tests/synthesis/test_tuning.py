@@ -211,7 +211,7 @@ def test_tuned_again_the_weights_are_the_same_to_the_last_bit(pitch):
 
 def test_the_command_prints_the_weights_and_the_page_draws_the_trade_off(tmp_path, capsys, pitch, monkeypatch):
     """The tuning itself is the one that this file has made already."""
-    monkeypatch.setattr(tuning_module, "tuned_design_from_toml", lambda *_: (pitch[0], (pitch[1],)))
+    monkeypatch.setattr(tuning_module, "tuned_design_from_toml", lambda *_, **__: (pitch[0], (pitch[1],)))
     (spec := tmp_path / "auto.toml").write_text(PITCH, encoding="utf-8")
     assert main(["design", str(spec), "--auto", "-o", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr().out
