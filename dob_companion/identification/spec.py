@@ -18,10 +18,6 @@ from dob_companion.synthesis.spec.parse import parse_spec
 ASSUMED_CORNER_HZ = 1.0
 """Of gusts, where the recorded air was too calm to show a corner."""
 
-SHOWN, LEAST_SHOWN, SHOWN_HZ = 4.0, 0.003, (0.1, 5.0)
-"""A corner counts as seen when its interval is narrower than this factor, the disturbance's rms above this share of the
-torque, and the corner within these Hz: beyond, it is what the model of the plant leaves."""
-
 LEAST_NOISE = 5e-4
 """Of a gyro on an aircraft, rad/s: a design for less trusts it more than motors and propellers deserve."""
 
@@ -103,19 +99,12 @@ def _auto(
 
 
 def _corner(seen: Mapping[str, Surroundings]) -> str:
-    shown = {axis: around.corner_hz for axis, around in seen.items() if _shows_corner(around)}
+    shown = {axis: around.corner_hz for axis, around in seen.items() if around.shows_corner}
     if not shown:
         return f"{ASSUMED_CORNER_HZ}   # assumed: gusts; the air was too calm to show it"
     middle = float(np.exp(np.mean([np.log(corner.value) for corner in shown.values()])))
     said = ", ".join(f"{axis} {corner.value:.2g}" for axis, corner in shown.items())
     return f"{number(_round(middle))}   # measured: {said}"
-
-
-def _shows_corner(around: Surroundings) -> bool:
-    low, high = SHOWN_HZ
-    corner = around.corner_hz
-    narrow = corner.high < SHOWN * corner.low and low < corner.value < high
-    return narrow and around.disturbance_rms.value > LEAST_SHOWN
 
 
 def _block(axis: str, model: AxisModel, controllers: Controllers, around: Surroundings | None) -> Iterator[str]:

@@ -45,6 +45,11 @@ STARTS = 5
 SMALLEST = 1e-9
 
 
+SHOWN, LEAST_SHOWN, SHOWN_HZ = 4.0, 0.003, (0.1, 5.0)
+"""A corner counts as seen when its interval is narrower than this factor, the disturbance's rms above this share of the
+torque, and the corner within these Hz: beyond, it is what the model of the plant leaves."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surroundings:
     """What an axis was exposed to while it was recorded, at 95 %.
@@ -59,6 +64,14 @@ class Surroundings:
     disturbance_rms: Interval
     corner_hz: Interval
     windows: int
+
+    @property
+    def shows_corner(self) -> bool:
+        """Whether the disturbance was strong enough to show its spectrum."""
+        low, high = SHOWN_HZ
+        corner = self.corner_hz
+        narrow = corner.high < SHOWN * corner.low and low < corner.value < high
+        return narrow and self.disturbance_rms.value > LEAST_SHOWN
 
 
 def surroundings(

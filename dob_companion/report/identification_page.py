@@ -10,6 +10,9 @@ from dob_companion.report.identification_charts import misfit_chart, response_ch
 from dob_companion.report.page import PageFigure, figure, render
 from dob_companion.report.words import listed, number
 
+LEAST_NOISE = 1e-6
+"""rad/s; no gyro on an aircraft has less, a simulated one may."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisSection:
@@ -67,9 +70,13 @@ def _section(result: AxisResult, around: Surroundings | None) -> AxisSection:
     if model is not None:
         facts += _facts(model)
     if around is not None:
+        spectrum = f"corner {_said(around.corner_hz)} Hz" if around.shows_corner else "too calm to show its spectrum"
         facts += [
-            ("gyro noise", f"{_said(around.noise_rms)} rad/s RMS"),
-            ("disturbance", f"{_said(around.disturbance_rms)} RMS, corner {_said(around.corner_hz)} Hz"),
+            (
+                "gyro noise",
+                f"{_said(around.noise_rms)} rad/s RMS" if around.noise_rms.value > LEAST_NOISE else "none seen",
+            ),
+            ("disturbance", f"{_said(around.disturbance_rms)} RMS, {spectrum}"),
         ]
     if response is not None:
         facts.append(("instrument", f"{response.instrument}, with {listed(response.axes)} together"))
