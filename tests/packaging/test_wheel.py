@@ -94,7 +94,7 @@ def test_alone_it_answers_a_vehicle(light, tmp_path):
 def test_alone_it_names_the_extra_that_designs(light, tmp_path):
     finished = call(light, "dob_companion", "design", "x.toml", "-o", "y", cwd=tmp_path)
     assert finished.returncode == 2
-    assert one_line(finished).endswith("pip install 'dob-companion[design]'")
+    assert one_line(finished).endswith("install dob-companion again, with its extra [design]")
 
 
 def test_the_demo_flies_outside_the_checkout(full, tmp_path):
