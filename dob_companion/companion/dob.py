@@ -8,11 +8,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from dob_companion.artifact import DobDesign
+from dob_companion.companion.linked import NOTHING, LinkedLoop
 from dob_companion.companion.parameters import Parameters
 from dob_companion.companion.samples import AHEAD, Arrival, Arrived, Inputs, Samples, revisable
-from dob_companion.companion.status import Figures
 from dob_companion.companion.watch import Watch
-from dob_companion.mavlink import AppliedMoment, FlightState, GyroSample
+from dob_companion.mavlink import AppliedMoment, GyroSample
 from dob_companion.mavlink.facts import Axes3
 from dob_companion.observer import GyroModel, ObserverBank, missing_samples
 from dob_companion.supervisor import (
@@ -20,15 +20,12 @@ from dob_companion.supervisor import (
     CorrectionShaper,
     Echo,
     FirstEnabling,
+    FlightRegime,
     LinkGate,
     RegimeLimits,
-    RoundTrip,
     State,
     Steps,
-    Supervisor,
-    Transition,
 )
-from dob_companion.supervisor.monitors import LATE
 
 SETTLING_TIMES = 5.0
 """Slowest modes of the observer that pass before its estimate counts: the zero state is then forgotten to 1 %."""
@@ -52,7 +49,7 @@ class Answer:
     correction: Axes3
 
 
-class DobLoop:
+class DobLoop(LinkedLoop):
     """Observer, supervisor and fades of one vehicle.
 
     `gyro` and `moment` take facts as they arrive, `answer_left` that an answer is on its way; `silent` ends a
@@ -75,24 +72,19 @@ class DobLoop:
         delay = min(block.delay_samples for block in design.blocks)
         p95 = min(block.delay_samples + block.certificate.delay_margin_samples for block in design.blocks)
         self._newborn: Callable[[], DobLoop] = lambda: DobLoop(design, parameters, limits, first_enabling)
-        self.dt = design.dt
-        self.gate = LinkGate(1.0 / design.dt, delay, p95 - delay)
-        self.round_trip = RoundTrip()
-        self.watch = Watch(design, limits or RegimeLimits())
-        self.supervisor = Supervisor()
-        settings = parameters.settings
-        self.shaper = CorrectionShaper(
-            settings.axes, settings.gain, settings.limit, memory=round(EMERGENCY_RAMP_S / design.dt)
-        )
-        self._steps = Steps(first_enabling or FirstEnabling(), design.dt)
-        self.d_hat: Axes3 = (0.0, 0.0, 0.0)
-        self.answer: Answer | None = None
-        self.closing = False
-        self._parameters = parameters
-        missing = missing_samples(design)
+        settings, missing = parameters.settings, missing_samples(design)
         self._model = GyroModel(design, longest=AHEAD, revisable=revisable(missing))
         self._observer = ObserverBank(design, revisable=revisable(missing))
-        self.samples = Samples(design.dt, missing, self._model)
+        super().__init__(
+            design.dt,
+            LinkGate(1.0 / design.dt, delay, p95 - delay),
+            Samples(design.dt, missing, self._model),
+            CorrectionShaper(settings.axes, settings.gain, settings.limit, memory=round(EMERGENCY_RAMP_S / design.dt)),
+        )
+        self.watch = Watch(design, limits or RegimeLimits())
+        self._steps = Steps(first_enabling or FirstEnabling(), design.dt)
+        self.answer: Answer | None = None
+        self._parameters = parameters
         self._settling = math.ceil(max(SETTLING_TIMES * slowest, LEAST_SETTLING_S) / design.dt)
         self._settled = 0
         self._fault = ""
@@ -101,13 +93,6 @@ class DobLoop:
         self._samples = 0
         self._finished: tuple[Inputs, ...] | None = None
         self._judged: tuple[object, ...] | None = None
-        self._now = float("-inf")
-        self._transitions: list[Transition] = []
-
-    @property
-    def state(self) -> State:
-        """What the supervisor does now."""
-        return self.supervisor.state
 
     @property
     def why(self) -> str:
@@ -115,43 +100,14 @@ class DobLoop:
         return next(filter(None, self._reasons()), "")
 
     @property
-    def injecting(self) -> bool:
-        """Whether the last answer may differ from zero."""
-        return self.shaper.f > 0.0
-
-    @property
-    def newest_us(self) -> int | None:
-        """Stamp of the newest gyro sample; None before the first."""
-        return self.samples.newest_us
-
-    @property
-    def clock_offset_s(self) -> float | None:
-        """How far the clocks of gyro and moments lie apart; None when they are one."""
-        return self.samples.clocks.offset_s
+    def regime(self) -> FlightRegime:
+        """Whether the aircraft flies, and who else is on the link."""
+        return self.watch.regime
 
     @property
     def echo(self) -> Echo:
         """The record of what we have sent."""
         return self.watch.echo
-
-    def figures(self) -> Figures:
-        """What was measured, up to the last sample."""
-        counters, round_trip = self.samples.counters, self.round_trip.percentile(0.5)
-        return Figures(
-            rate_hz=self.gate.rate.hz,
-            delay_samples=self.gate.delay_median,
-            delay_p95_samples=self.gate.delay.percentile(LATE),
-            round_trip_s=None if math.isnan(round_trip) else round_trip,
-            d_hat=self.d_hat,
-            stepped=counters.stepped,
-            bridged=counters.bridged,
-            gaps=counters.gaps,
-            late=counters.late,
-        )
-
-    def too_old_before(self, newest_us: int) -> int:
-        """A sample stamped before this is older than the design allows when `newest_us` has come."""
-        return newest_us - self.gate.median_limit * round(1e6 * self.dt)
 
     def for_another_vehicle(self) -> "DobLoop":
         """A loop for another vehicle in the place of this one: everything is measured anew, but what we sent stays
@@ -159,44 +115,6 @@ class DobLoop:
         loop = self._newborn()
         loop.watch.echo, loop.closing = self.echo, self.closing
         return loop
-
-    def heartbeat(self, armed: bool, now: float, *, standing_by: bool = False) -> None:
-        """The vehicle's heartbeat has come at `now` (wall, s)."""
-        self.watch.regime.heartbeat(armed, now, standing_by=standing_by)
-
-    def flight_state(self, state: FlightState, now: float) -> None:
-        """The vehicle has told where it is at `now` (wall, s)."""
-        self.watch.flight_state(state, now)
-
-    def rc_channels(self, pulses_us: tuple[int, ...], now: float) -> None:
-        """The radio's channels have come at `now` (wall, s)."""
-        self.watch.regime.rc_channels(pulses_us, now)
-
-    def stranger(self, system: int, component: int, now: float) -> bool:
-        """Another controller was heard at `now` (wall, s); whether that is news."""
-        return self.watch.regime.stranger(system, component, now)
-
-    def strangers_gone(self, now: float) -> list[tuple[int, int]]:
-        """System and component of the other controllers that are no longer heard, once each."""
-        return self.watch.regime.gone(now)
-
-    def time_asked(self, asked_ns: int, now: float) -> None:
-        """The vehicle is asked for its time, with ours in ns."""
-        self.round_trip.asked(asked_ns)
-        self.round_trip.forget(now)
-
-    def time_answered(self, asked_ns: int, now: float) -> None:
-        """The vehicle has answered, and repeats what it was asked with."""
-        self.round_trip.answered(asked_ns, now)
-
-    def zero_sent(self, stamp_us: int) -> None:
-        """A zero was sent under this stamp although no sample had come."""
-        self.echo.sent(stamp_us, (0.0, 0.0, 0.0))
-
-    def take_transitions(self) -> list[Transition]:
-        """The changes of state since the last call."""
-        taken, self._transitions = self._transitions, []
-        return taken
 
     def gyro(self, sample: GyroSample, now: float) -> Answer | None:
         """Answer a gyro sample; None when it is late and nothing is to be said. `now` (wall, s) ages heartbeats."""
@@ -212,7 +130,7 @@ class DobLoop:
             self.samples.spoil_gyro(sample.stamp_us)
             return self._spoiled(sample.stamp_us, "gyro rate not finite")
         arrived = self.samples.gyro(sample.stamp_us, sample.rates)
-        self.watch.regime.vehicle_time(sample.stamp_us * 1e-6)
+        self.regime.vehicle_time(sample.stamp_us * 1e-6)
         if arrived.arrival is Arrival.GAP:
             self._fade_from_here(arrived)
             self._start_anew("gap in samples" if self.answer else "observer settling")
@@ -246,10 +164,6 @@ class DobLoop:
             self.gate.judge(answer.stamp_us)
             self._rings(self.watch.judge(self.injecting))
 
-    def answer_left(self, stamp_us: int) -> None:
-        """The answer to this sample has been handed to the link, those before it with it or not at all."""
-        self.gate.takeup.left(stamp_us)
-
     def moment(self, applied: AppliedMoment) -> None:
         """Take the applied moment of a sample, whose step it completes, and the age of our part in it."""
         if self._finished is not None:
@@ -264,9 +178,7 @@ class DobLoop:
                 self._model.revise(*revision)
             if inputs := self.samples.foreseen():
                 self._observer.foresee(*inputs)
-            age = applied.age_samples
-            self.gate.takeup.reported(applied.stamp_us, age)
-            self.gate.delay.add(applied.stamp_us, self.round_trip.delay_samples(self.dt) if math.isnan(age) else age)
+            self._aged(applied)
             self._latch(self.watch.applied(applied))
             self._rings(self.watch.growing)
 
@@ -288,7 +200,7 @@ class DobLoop:
             self.shaper.drop()
         self._judge()
         asked, state = self._parameters.settings, self.supervisor.state
-        if self.watch.regime.down:
+        if self.regime.down:
             self._steps.forget()
         f = self._steps.target(self.shaper.f, state is State.ACTIVE or state is State.RAMP_IN)
         ramp_s = min(asked.ramp_s, LONGEST_CLOSING_S) if self.closing else asked.ramp_s
@@ -338,7 +250,7 @@ class DobLoop:
             self._fault,
             self.samples.clocks.why or ("" if self._data_good else self._data_why),
             "" if self.gate.good else self.gate.why,
-            self.watch.regime.why_not(self._now),
+            self.regime.why_not(self._now),
             self.watch.model_why,
         )
 
@@ -358,7 +270,7 @@ class DobLoop:
     def _restart(self) -> None:
         """The vehicle's clock has jumped back: one that has started anew holds no correction that could be faded."""
         self.gate.clear()
-        self.watch.regime.forget()
+        self.regime.forget()
         self.shaper.drop()
         self._steps.forget()
         self._start_anew("vehicle clock jumped back")
@@ -395,7 +307,7 @@ class DobLoop:
         self.shaper.drop()
         self._start_anew(why)
         self.samples.spoil()
-        self.d_hat = (0.0, 0.0, 0.0)
+        self.d_hat = NOTHING
         self._latch(why)
 
 

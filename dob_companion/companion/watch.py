@@ -2,7 +2,7 @@
 
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.samples import Inputs
-from dob_companion.mavlink import AppliedMoment, FlightState, Landed
+from dob_companion.mavlink import AppliedMoment, Landed
 from dob_companion.mavlink.facts import Axes3
 from dob_companion.supervisor import (
     Air,
@@ -40,10 +40,6 @@ class Watch:
         self._innovation = Innovation(design.dt)
         self._saturation = Saturation(design.dt)
         self._due: list[tuple[Inputs, Axes3]] = []
-
-    def flight_state(self, state: FlightState, now: float) -> None:
-        """In the air, on the ground, in forward flight; told at wall time `now`, s."""
-        self.regime.state(AIR[state.landed], state.forward, now)
 
     def finished(self, inputs: Inputs, innovation: Axes3) -> None:
         """A finished grid interval and what was not foreseen of it, to be looked at when there is time."""

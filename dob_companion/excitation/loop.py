@@ -11,13 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from dob_companion.companion.dob import EMERGENCY_RAMP_S, JUDGE_EVERY, LONGEST_CLOSING_S, Answer
+from dob_companion.companion.linked import NOTHING, LinkedLoop
 from dob_companion.companion.parameters import Parameters
 from dob_companion.companion.samples import Arrival, Inputs, Samples
-from dob_companion.companion.status import Figures
-from dob_companion.companion.watch import AIR
 from dob_companion.excitation.limits import Guard, Probe, Reason
 from dob_companion.excitation.plan import AxisPlan, Passage, Plan
-from dob_companion.mavlink import AppliedMoment, FlightState, GyroSample
+from dob_companion.mavlink import AppliedMoment, GyroSample
 from dob_companion.mavlink.facts import Axes3
 from dob_companion.observer import Missing
 from dob_companion.supervisor import (
@@ -27,13 +26,10 @@ from dob_companion.supervisor import (
     FlightRegime,
     LinkGate,
     RegimeLimits,
-    RoundTrip,
     State,
-    Supervisor,
     Transition,
 )
 from dob_companion.supervisor.health import Saturation
-from dob_companion.supervisor.monitors import LATE
 
 MISSING = Missing(samples=5, moments=10)
 """Samples in a row that a record bears: what acted is told by the vehicle, and no answer depends on it."""
@@ -48,10 +44,9 @@ TAIL_S = 0.5
 """Zeros for so long after the end."""
 
 COMPLETE, ABORTED = "complete", "aborted: "
-NOTHING: Axes3 = (0.0, 0.0, 0.0)
 
 
-class ExcitationLoop:
+class ExcitationLoop(LinkedLoop):
     """See `companion.loop.Loop`; `guard` takes besides what limits the aircraft.
 
     outcome   "" until it has ended, then "complete" or "aborted: " and why
@@ -60,19 +55,18 @@ class ExcitationLoop:
 
     def __init__(self, plan: Plan, parameters: Parameters, limits: RegimeLimits | None = None) -> None:
         self._newborn: Callable[[], ExcitationLoop] = lambda: ExcitationLoop(plan, parameters, limits)
-        self.dt = plan.dt
-        self.closing = False
+        settings = parameters.settings
+        super().__init__(
+            plan.dt,
+            LinkGate(1.0 / plan.dt, DELAY_SAMPLES, MARGIN_SAMPLES),
+            Samples(plan.dt, MISSING, _AsBefore()),
+            CorrectionShaper(settings.axes, settings.gain, settings.limit),
+        )
         self.outcome = ""
         self.passages: list[Passage] = []
         self.answer: Answer | None = None
         self.guard = Guard(plan.limits)
-        self.regime = FlightRegime(limits or RegimeLimits())
-        self.gate = LinkGate(1.0 / plan.dt, DELAY_SAMPLES, MARGIN_SAMPLES)
-        self.round_trip = RoundTrip()
-        self.samples = Samples(plan.dt, MISSING, _AsBefore())
-        self.supervisor = Supervisor()
-        settings = parameters.settings
-        self.shaper = CorrectionShaper(settings.axes, settings.gain, settings.limit)
+        self._regime = FlightRegime(limits or RegimeLimits())
         self._plan, self._parameters = plan, parameters
         self._probe = Probe(plan.limits.rate)
         self._echo = Echo(plan.dt)
@@ -83,15 +77,8 @@ class ExcitationLoop:
         self._at_once = False
         self._answered: int | None = None
         self._count = 0
-        self._now = float("-inf")
-        self._transitions: list[Transition] = []
 
     # What is asked of it --------------------------------------------------------------------------------------
-
-    @property
-    def state(self) -> State:
-        """What it does, as DOB_STATE."""
-        return self.supervisor.state
 
     @property
     def why(self) -> str:
@@ -100,19 +87,9 @@ class ExcitationLoop:
         return reason.text if reason else ""
 
     @property
-    def injecting(self) -> bool:
-        """Whether the last answer may differ from zero."""
-        return self.shaper.f > 0.0
-
-    @property
-    def newest_us(self) -> int | None:
-        """Stamp of the newest gyro sample; None before the first."""
-        return self.samples.newest_us
-
-    @property
-    def clock_offset_s(self) -> float | None:
-        """How far the clocks of gyro and moments lie apart; None when they are one."""
-        return self.samples.clocks.offset_s
+    def regime(self) -> FlightRegime:
+        """Whether the aircraft flies, and who else is on the link."""
+        return self._regime
 
     @property
     def echo(self) -> Echo:
@@ -137,25 +114,6 @@ class ExcitationLoop:
             return None
         return passage.axis, min(1.0, 1e-6 * (newest - passage.begin_us) / self._plan.signal.seconds)
 
-    def figures(self) -> Figures:
-        """What was measured, up to the last sample. Nothing is estimated."""
-        counters, round_trip = self.samples.counters, self.round_trip.percentile(0.5)
-        return Figures(
-            rate_hz=self.gate.rate.hz,
-            delay_samples=self.gate.delay_median,
-            delay_p95_samples=self.gate.delay.percentile(LATE),
-            round_trip_s=None if math.isnan(round_trip) else round_trip,
-            d_hat=NOTHING,
-            stepped=counters.stepped,
-            bridged=counters.bridged,
-            gaps=counters.gaps,
-            late=counters.late,
-        )
-
-    def too_old_before(self, newest_us: int) -> int:
-        """A sample stamped before this is older than the link may be when `newest_us` has come."""
-        return newest_us - self.gate.median_limit * round(1e6 * self.dt)
-
     def for_another_vehicle(self) -> "ExcitationLoop":
         """A loop for another vehicle: one that was begun on this one does not go on there."""
         loop = self._newborn()
@@ -164,11 +122,6 @@ class ExcitationLoop:
             loop.abort(Reason("another vehicle"))
         return loop
 
-    def take_transitions(self) -> list[Transition]:
-        """The changes of state since the last call."""
-        taken, self._transitions = self._transitions, []
-        return taken
-
     def abort(self, reason: Reason) -> None:
         """End it, begun or not; what acts fades."""
         self._ends(reason)
@@ -176,43 +129,6 @@ class ExcitationLoop:
             self._judge(self.newest_us or 0)
 
     # Facts ----------------------------------------------------------------------------------------------------
-
-    def heartbeat(self, armed: bool, now: float, *, standing_by: bool = False) -> None:
-        """The vehicle's heartbeat has come at `now` (wall, s)."""
-        self.regime.heartbeat(armed, now, standing_by=standing_by)
-
-    def flight_state(self, state: FlightState, now: float) -> None:
-        """The vehicle has told where it is."""
-        self.regime.state(AIR[state.landed], state.forward, now)
-
-    def rc_channels(self, pulses_us: tuple[int, ...], now: float) -> None:
-        """The radio's channels have come."""
-        self.regime.rc_channels(pulses_us, now)
-
-    def stranger(self, system: int, component: int, now: float) -> bool:
-        """Another controller was heard; whether that is news."""
-        return self.regime.stranger(system, component, now)
-
-    def strangers_gone(self, now: float) -> list[tuple[int, int]]:
-        """The other controllers that are no longer heard, once each."""
-        return self.regime.gone(now)
-
-    def time_asked(self, asked_ns: int, now: float) -> None:
-        """The vehicle is asked for its time, with ours in ns."""
-        self.round_trip.asked(asked_ns)
-        self.round_trip.forget(now)
-
-    def time_answered(self, asked_ns: int, now: float) -> None:
-        """The vehicle has answered, and repeats what it was asked with."""
-        self.round_trip.answered(asked_ns, now)
-
-    def zero_sent(self, stamp_us: int) -> None:
-        """A zero was sent under this stamp although no sample had come."""
-        self._echo.sent(stamp_us, NOTHING)
-
-    def answer_left(self, stamp_us: int) -> None:
-        """The answer to this sample has been handed to the link."""
-        self.gate.takeup.left(stamp_us)
 
     def operator_wrote(self) -> None:
         """A parameter has changed: an "off" ends it, also when no samples come."""
@@ -263,12 +179,10 @@ class ExcitationLoop:
             return
         if self.samples.moment(applied.stamp_us, applied.moment) is None:
             return
-        age = applied.age_samples
         self.regime.throttle(applied.thrust)
         self._saturation.add(applied.moment)
-        self.gate.takeup.reported(applied.stamp_us, age)
-        self.gate.delay.add(applied.stamp_us, self.round_trip.delay_samples(self.dt) if math.isnan(age) else age)
-        if self._echo.foreign(applied.stamp_us, age, applied.moment, applied.correction):
+        self._aged(applied)
+        if self._echo.foreign(applied.stamp_us, applied.age_samples, applied.moment, applied.correction):
             self.abort(Reason("corrections come back changed"))
 
     # What is well and what is not -----------------------------------------------------------------------------
