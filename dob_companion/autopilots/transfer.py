@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 Coefficients = tuple[float, ...]
 
@@ -30,8 +31,12 @@ class Transfer:
 
     def at(self, hz: float) -> complex:
         """Its value at a frequency."""
-        s = 2j * math.pi * hz
-        return complex(np.polyval(self.num, s) / np.polyval(self.den, s))
+        return complex(self.response(np.array(2.0 * math.pi * hz)))
+
+    def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Its values at frequencies, rad/s, of any shape."""
+        s = 1j * frequency
+        return np.asarray(np.polyval(self.num, s) / np.polyval(self.den, s))
 
 
 def constant(gain: float) -> Transfer:

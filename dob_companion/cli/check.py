@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dob_companion.cli.excite import add_excitation
+from dob_companion.cli.identification_options import add_source
 
 if TYPE_CHECKING:
     from dob_companion.artifact import DobDesign
@@ -25,12 +25,9 @@ def add_parser(commands: Any) -> None:
         "told.",
         epilog="example: dob-companion check --link udpin:127.0.0.1:14540 --design my-aircraft/design.json",
     )
-    source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument("--log", type=Path, metavar="FILE", help="a log of any kind that `identify` takes")
-    source.add_argument("--link", metavar="URL", help="excite the aircraft on this link")
+    add_source(parser, seconds=SECONDS)
     parser.add_argument("--design", type=Path, required=True, metavar="FILE", help="design.json")
     parser.add_argument("-o", "--out", type=Path, metavar="DIR", help="keep what was recorded here")
-    add_excitation(parser.add_argument_group("excitation, with --link"), seconds=SECONDS)
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
     parser.set_defaults(run=run)
 
@@ -41,18 +38,16 @@ def run(args: argparse.Namespace) -> int:
     from tempfile import TemporaryDirectory
 
     from dob_companion.artifact import loads
-    from dob_companion.cli.identifying import recorded
+    from dob_companion.cli.identifying import log_of
     from dob_companion.files import read_text
 
     design = loads(read_text(args.design), str(args.design))
     args.axis = [axis for block in design.blocks for axis in block.axes]
     with ExitStack() as leaving:
-        log = args.log
-        if log is None:
-            folder = args.out or Path(leaving.enter_context(TemporaryDirectory(prefix="dob-check-")))
-            code, log = recorded(args, folder)
-            if code:
-                return code
+        folder = args.out or Path(leaving.enter_context(TemporaryDirectory(prefix="dob-check-")))
+        code, log = log_of(args, folder)
+        if code:
+            return code
         axes = _compared(log, design)
     holds = all(axis["holds"] is True for axis in axes.values())
     if args.json:

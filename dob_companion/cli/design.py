@@ -100,14 +100,18 @@ def _tuned(text: str, path: Path, created: str) -> "tuple[DobDesign, tuple[Tunin
 
 @contextlib.contextmanager
 def _processes() -> "Iterator[Each]":
-    """As `map`, by as many processes as the computer has cores; they begin when the first task comes."""
+    """As `map`, by as many processes as the computer has cores; a single task needs none of its own."""
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of small matrices each process takes one core
     pool = ProcessPoolExecutor(max_workers=os.cpu_count(), mp_context=get_context("spawn"))
+
+    def each(function: Any, tasks: Any) -> Any:
+        return map(function, tasks) if len(tasks) == 1 else pool.map(function, tasks)
+
     try:
-        yield pool.map
+        yield each
     finally:
         pool.shutdown(cancel_futures=True)
 

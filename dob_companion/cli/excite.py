@@ -12,6 +12,9 @@ from dob_companion.cli.spec import by_axis, merged
 SIGNALS = ("multisine", "chirp")
 """`excitation.signal.KINDS`, which would take too long to import for a `--help`."""
 
+EXCITED_S = 30.0
+"""Of an axis, unless told otherwise."""
+
 
 def add_parser(commands: Any) -> None:
     """Add `excite` to the command line."""
@@ -32,7 +35,7 @@ def add_parser(commands: Any) -> None:
     parser.set_defaults(run=run)
 
 
-def add_excitation(parser: Any, *, seconds: float = 30.0) -> None:
+def add_excitation(parser: Any, *, seconds: float = EXCITED_S) -> None:
     """How strongly, how long and within which limits an aircraft is moved; `seconds` an axis unless told otherwise."""
     add = parser.add_argument
     add("--signal", choices=SIGNALS, default="multisine", help="(%(default)s)")

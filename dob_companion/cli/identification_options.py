@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dob_companion.artifact import AXES
+from dob_companion.cli.excite import EXCITED_S, add_excitation
+from dob_companion.cli.spec import samples
 
 RATE_HZ = 250.0
 
@@ -21,12 +23,20 @@ class Options:
     delay: int | None = None
 
 
+def add_source(parser: argparse.ArgumentParser, *, seconds: float = EXCITED_S) -> None:
+    """A log, or an aircraft that is excited first, `seconds` an axis unless told otherwise."""
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("--log", type=Path, metavar="FILE", help="of PX4, ArduPilot, a ground station, or a table")
+    source.add_argument("--link", metavar="URL", help="excite the aircraft on this link first (dob-companion excite)")
+    add_excitation(parser.add_argument_group("excitation, with --link"), seconds=seconds)
+
+
 def add_options(parser: argparse.ArgumentParser) -> None:
     """What `of_log` may be told."""
     parser.add_argument("--axis", action="append", choices=AXES, help="this axis alone; may be repeated (all)")
     parser.add_argument("--params", type=Path, metavar="FILE", help="parameter file, in place of those in the log")
     parser.add_argument("--controller", type=Path, metavar="SPEC.toml", help="take the rate controllers from this spec")
-    parser.add_argument("--delay", type=_samples, metavar="N", help="delay_samples of the link (by the autopilot)")
+    parser.add_argument("--delay", type=samples, metavar="N", help="delay_samples of the link (by the autopilot)")
 
 
 def options_of(args: argparse.Namespace) -> Options:
@@ -37,9 +47,3 @@ def options_of(args: argparse.Namespace) -> Options:
         controller=args.controller,
         delay=args.delay,
     )
-
-
-def _samples(text: str) -> int:
-    if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= 30:
-        raise argparse.ArgumentTypeError(f"{text!r}, expected a whole number from 1 to 30")
-    return int(text)

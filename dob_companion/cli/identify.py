@@ -5,8 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from dob_companion.cli.excite import add_excitation
-from dob_companion.cli.identification_options import add_options, options_of
+from dob_companion.cli.identification_options import add_options, add_source, options_of
 
 EXIT_NOT_USABLE = 1
 
@@ -21,27 +20,22 @@ def add_parser(commands: Any) -> None:
         "`design --auto`, identification.html and identification.json.",
         epilog="example: dob-companion identify --log flight.bin -o my-aircraft",
     )
-    source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument("--log", type=Path, metavar="FILE", help="a log, of any of these kinds")
-    source.add_argument("--link", metavar="URL", help="excite the aircraft on this link first (dob-companion excite)")
+    add_source(parser)
     parser.add_argument("-o", "--out", type=Path, required=True, metavar="DIR", help="where the results go")
     add_options(parser)
-    add_excitation(parser.add_argument_group("excitation, with --link"))
     parser.add_argument("--json", action="store_true", help="print the results as JSON")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Identify, write, print. Exit code 1 when no axis is usable."""
-    from dob_companion.cli.identifying import of_log, recorded, table
+    from dob_companion.cli.identifying import log_of, of_log, table
     from dob_companion.files import require_place
 
     require_place(args.out)
-    log = args.log
-    if log is None:
-        code, log = recorded(args, args.out)
-        if code:
-            return code
+    code, log = log_of(args, args.out)
+    if code:
+        return code
     outcome = of_log(log, options_of(args))
     written = outcome.write(args.out)
     if args.json:

@@ -59,8 +59,10 @@ class Outcome:
         return [folder / name for name in sorted((PAGE, *files))]
 
 
-def recorded(args: argparse.Namespace, folder: Path) -> tuple[int, Path]:
-    """Excite the aircraft on a link first. Returns the exit code of that, and its log."""
+def log_of(args: argparse.Namespace, folder: Path) -> tuple[int, Path]:
+    """The log that was given, or that of exciting the aircraft on a link; with the exit code of that."""
+    if args.log is not None:
+        return 0, args.log
     place = folder / "excitation"
     return excite(args, place, as_json=False), place / TLOG
 
@@ -69,9 +71,7 @@ def of_log(path: Path, options: Options) -> Outcome:
     """Read, identify, write the spec's text. Raises InputError for a log or an option that is no good."""
     record = _chosen(read_log(path), path, options)
     found = identify(record, axes=options.axes, rate_hz=options.rate_hz)
-    surroundings = {
-        axis: around(record, result.model, found, axis) if result.model else None for axis, result in found.axes.items()
-    }
+    surroundings = around(record, found)
     if not found.usable:
         return Outcome(found=found, surroundings=surroundings, spec=None, why="no axis is usable")
     try:

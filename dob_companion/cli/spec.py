@@ -39,7 +39,7 @@ def add_parser(commands: Any) -> None:
         ("--delay-ms", "delay from torque to rate, ms (0)"),
     ):
         parser.add_argument(option, type=by_axis, action="append", default=[], metavar="AXIS=N", help=what)
-    parser.add_argument("--delay", type=_samples, metavar="N", help="delay_samples of the link (measured, or 2)")
+    parser.add_argument("--delay", type=samples, metavar="N", help="delay_samples of the link (measured, or 2)")
     parser.add_argument("--noise-rms", type=_positive, metavar="N", help="gyro noise in hover, rad/s (0.0005)")
     parser.set_defaults(run=run)
 
@@ -178,7 +178,8 @@ def _positive(text: str) -> float:
     return value
 
 
-def _samples(text: str) -> int:
+def samples(text: str) -> int:
+    """delay_samples of a link, as argparse reads it."""
     if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= 30:
         raise argparse.ArgumentTypeError(f"{text!r}, expected a whole number from 1 to 30")
     return int(text)

@@ -6,8 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from dob_companion.cli.excite import add_excitation
-from dob_companion.cli.identification_options import add_options, options_of
+from dob_companion.cli.identification_options import add_options, add_source, options_of
 from dob_companion.cli.run import DEFAULT_LINK
 
 
@@ -21,12 +20,9 @@ def add_parser(commands: Any) -> None:
         "Nothing is enabled: at the end stands the command that flies.",
         epilog="example: dob-companion tune --link udpin:127.0.0.1:14540 -o my-aircraft",
     )
-    source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument("--log", type=Path, metavar="FILE", help="a log of any kind that `identify` takes")
-    source.add_argument("--link", metavar="URL", help="excite the aircraft on this link")
+    add_source(parser)
     parser.add_argument("-o", "--out", type=Path, required=True, metavar="DIR", help="where all results go")
     add_options(parser)
-    add_excitation(parser.add_argument_group("excitation, with --link"))
     parser.add_argument("--no-rehearsal", action="store_true", help="do not fly the design in simulation")
     parser.add_argument("--json", action="store_true", help="print the results as JSON")
     parser.set_defaults(run=run)
@@ -35,17 +31,15 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Excite, identify, design, rehearse. Exit code 1 at the first doubt, which is said."""
     from dob_companion.cli.design import certificate_text, design_into
-    from dob_companion.cli.identifying import SPEC, of_log, recorded, table
+    from dob_companion.cli.identifying import SPEC, log_of, of_log, table
     from dob_companion.cli.rehearse import rehearse_into
     from dob_companion.errors import FlightFailedError, RefusedError
     from dob_companion.files import require_place
 
     require_place(args.out)
-    log = args.log
-    if log is None:
-        code, log = recorded(args, args.out)
-        if code:
-            return code
+    code, log = log_of(args, args.out)
+    if code:
+        return code
     _step("identify", str(log))
     outcome = of_log(log, options_of(args))
     outcome.write(args.out)

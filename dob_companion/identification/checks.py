@@ -25,7 +25,7 @@ def is_controller(frequency: Floats, value: Complexes, controllers: Sequence[Tra
     """Whether a response rate per torque is -1/C of one of these."""
     s = 1j * frequency
     for controller in controllers:
-        loop = value * np.polyval(controller.num, s) / np.polyval(controller.den, s)
+        loop = value * controller.response(frequency)
         for late in LATE_S:
             off = np.abs(1.0 + loop * np.exp(-s * late)) / np.maximum(1.0, np.abs(loop))
             if float(np.median(off)) < CONTROLLER:

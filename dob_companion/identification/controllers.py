@@ -6,7 +6,7 @@ from typing import Any
 
 from dob_companion import toml
 from dob_companion.autopilots import Parameters, Sourced, recognized
-from dob_companion.autopilots.written import comment, listed, model_lines
+from dob_companion.autopilots.written import comment, model_lines
 from dob_companion.errors import InputError
 from dob_companion.synthesis.spec.auto import ATTITUDE_GAIN
 from dob_companion.synthesis.spec.parse import FORMS
@@ -52,7 +52,8 @@ def by_parameters(parameters: Parameters, axes: Iterable[str]) -> Controllers:
 def of_spec(text: str, source: str, axes: Iterable[str]) -> Controllers:
     """Those of another spec's blocks, of one axis each. Raises InputError, one line that names the axis or key."""
     raw = toml.read(text, source, InputError)
-    blocks = [block for block in raw.get("block", []) if isinstance(block, dict)]
+    given = toml.Table(source, raw, None, InputError).tables("block")
+    blocks = [block for block in given if isinstance(block, dict)]
     lines = {}
     for axis in axes:
         mine = [block for block in blocks if block.get("axes") == [axis]]
@@ -78,4 +79,4 @@ def _value(value: Any) -> str:
         return f'"{value}"'
     if isinstance(value, list):
         return "[" + ", ".join(map(_value, value)) + "]"
-    return repr(value) if not isinstance(value, bool) else listed([value])
+    return repr(value)

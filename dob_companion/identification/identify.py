@@ -269,8 +269,7 @@ class _Axis:
         factor = self._at(seen.reference, found.frequency)
         inverse = None
         if self._known.controllers:
-            outer, s = self._known.controllers[-1], 1j * found.frequency
-            inverse = -np.polyval(outer.den, s) / np.polyval(outer.num, s)
+            inverse = -1.0 / self._known.controllers[-1].response(found.frequency)
         moved = np.any([np.any(seen.instrument.values[a:b], axis=0) for a, b in seen.spans], axis=0)
         others = tuple(axis for k, axis in enumerate(AXES) if k != self._axis and moved[k])
         return Response(
@@ -330,10 +329,7 @@ class _Axis:
         if not self._known.controllers:
             return 0.0
         w = np.geomspace(1.0, 0.9 * np.pi / self._grid.dt, 200)
-        controller = self._known.controllers[0]
-        loop = (
-            chosen.response(w, self._grid.dt) * np.polyval(controller.num, 1j * w) / np.polyval(controller.den, 1j * w)
-        )
+        loop = chosen.response(w, self._grid.dt) * self._known.controllers[0].response(w)
         above = np.flatnonzero(np.abs(loop) >= 1.0)
         return float(w[above[-1]] / (2.0 * np.pi)) if len(above) else 0.0
 

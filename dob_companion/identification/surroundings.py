@@ -98,19 +98,27 @@ def surroundings(
         return None
     density = 2.0 * power / (count * rate_hz * float(np.sum(taper**2)))
     differenced = np.abs(1.0 - np.exp(-1j * frequency / rate_hz)) ** 2
-    gyro = np.abs(np.polyval(model.filters.num, 1j * frequency) / np.polyval(model.filters.den, 1j * frequency)) ** 2
+    gyro = np.abs(model.filters.response(frequency)) ** 2
     return _fitted(density / differenced, np.abs(plant) ** 2, gyro, frequency, rate_hz, count)
 
 
-def around(record: Record, model: AxisModel, found: Identification, axis: str) -> Surroundings | None:
-    """As `surroundings`, over the parts of a record in which this axis flew without being excited; where these are too
-    short, over those in which it was: what the model leaves of the excitation then counts as a disturbance."""
+def around(record: Record, found: Identification) -> dict[str, Surroundings | None]:
+    """As `surroundings`, by axis; None where there is no model."""
+    if all(result.model is None for result in found.axes.values()):
+        return dict.fromkeys(found.axes)
     grid = gridded(record, found.rate_hz)
     flown = [segment for segment in found.segments if segment.why not in WORDS.values()]
+    return {axis: _around(grid, flown, axis, result.model) for axis, result in found.axes.items()}
+
+
+def _around(grid: Grid, flown: Sequence[Segment], axis: str, model: AxisModel | None) -> Surroundings | None:
+    """Over the parts of a flight in which this axis was not excited; where these are too short, over those in which it
+    was: what the model leaves of the excitation then counts as a disturbance."""
+    if model is None:
+        return None
     calm = [segment for segment in flown if axis not in segment.axes]
     for segments in (calm, flown):
-        stretches = _stretches(grid, segments, AXES.index(axis))
-        seen = surroundings(stretches, model, grid.rate_hz)
+        seen = surroundings(_stretches(grid, segments, AXES.index(axis)), model, grid.rate_hz)
         if seen is not None:
             return seen
     return None

@@ -1,17 +1,16 @@
 """Links with MAVLink 2 signing: what goes out is signed, and only what is rightly signed comes in."""
 
 import time
-from collections.abc import Callable
 
-from dob_companion.companion import Event
 from dob_companion.mavlink.signing import SigningGate, ticks
+from dob_companion.runtime.around import AroundLink
 from dob_companion.runtime.links import Link
 
 MOST_REFUSED = 256
 """Pieces refused in a row before the loop gets its turn: a flood must not keep it from its deadlines."""
 
 
-class SigningLink:
+class SigningLink(AroundLink):
     """A `Link` around another that signs what goes out and lets everything in, for who judges it by himself.
 
     The computer's clock gives the timestamps as long as it runs forwards; the gate keeps them increasing when it does
@@ -19,37 +18,9 @@ class SigningLink:
     """
 
     def __init__(self, link: Link, gate: SigningGate) -> None:
-        self._link = link
+        super().__init__(link)
         self._gate = gate
         link.seal_with(lambda message: gate.sign(message, ticks(time.time())))
-
-    def fileno(self) -> int:
-        """See `Link`."""
-        return self._link.fileno()
-
-    def read(self) -> bytes | None:
-        """See `Link`."""
-        return self._link.read()
-
-    def write(self, *messages: bytes) -> None:
-        """See `Link`."""
-        self._link.write(*messages)
-
-    def flush(self) -> bool:
-        """See `Link`."""
-        return self._link.flush()
-
-    def seal_with(self, seal: Callable[[bytes], bytes]) -> None:
-        """See `Link`; what was there is replaced, signatures included."""
-        self._link.seal_with(seal)
-
-    def events(self) -> list[Event]:
-        """See `Link`."""
-        return self._link.events()
-
-    def close(self) -> None:
-        """See `Link`."""
-        self._link.close()
 
 
 class SignedLink(SigningLink):

@@ -2,20 +2,16 @@
 
 from collections.abc import Callable
 
-from dob_companion.companion import Event
+from dob_companion.runtime.around import AroundLink
 from dob_companion.runtime.links import Link
 
 
-class TappedLink:
+class TappedLink(AroundLink):
     """A `Link` around another; `heard` and `said` are called with each piece as it passes, and must return at once."""
 
     def __init__(self, link: Link, heard: Callable[[bytes], None], said: Callable[[bytes], None]) -> None:
-        self._link = link
+        super().__init__(link)
         self._heard, self._said = heard, said
-
-    def fileno(self) -> int:
-        """See `Link`."""
-        return self._link.fileno()
 
     def read(self) -> bytes | None:
         """See `Link`."""
@@ -29,19 +25,3 @@ class TappedLink:
         for message in messages:
             self._said(message)
         self._link.write(*messages)
-
-    def flush(self) -> bool:
-        """See `Link`."""
-        return self._link.flush()
-
-    def seal_with(self, seal: Callable[[bytes], bytes]) -> None:
-        """See `Link`."""
-        self._link.seal_with(seal)
-
-    def events(self) -> list[Event]:
-        """See `Link`."""
-        return self._link.events()
-
-    def close(self) -> None:
-        """See `Link`."""
-        self._link.close()

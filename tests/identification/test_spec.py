@@ -96,6 +96,14 @@ def test_controllers_may_come_from_another_spec():
         of_spec(PAPER.replace('axes = ["yaw"]', 'axes = ["roll"]'), "paper.toml", ("yaw",))
 
 
+@pytest.mark.parametrize(
+    ("text", "words"), [("block = 3", r"block: expected \[\[block\]\] tables"), ("", "'block' is missing")]
+)
+def test_a_spec_without_blocks_has_no_controllers(text, words):
+    with pytest.raises(InputError, match=words):
+        of_spec(text, "paper.toml", ("yaw",))
+
+
 def test_the_margin_asked_for_is_one_that_the_loop_has():
     """Copter's own loop with its gyro filter keeps 0.31 (docs/ardupilot.md); asked for is four fifths of that."""
     found = identified(roll=model(306.0, lag=0.0))
