@@ -16,6 +16,7 @@ import numpy as np
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.artifact import DobDesign, dumps
+from dob_companion.demo.processes import free_udp_ports
 from dob_companion.synthesis import design_from_toml
 
 HERE = Path(__file__).parent
@@ -160,6 +161,4 @@ def _line_with(stream: object, word: str) -> str:
 
 
 def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    return free_udp_ports(1)[0]

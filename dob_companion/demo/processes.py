@@ -1,7 +1,9 @@
 """Child processes that cannot outlive the demo, and free ports for them to meet on."""
 
 import contextlib
+import itertools
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -13,13 +15,24 @@ PATIENCE_S = 5.0
 """How long a process may take to fade out and leave before it is killed."""
 
 
+_PORTS = range(20_000, 32_000)
+"""Below those that a system hands out by itself (Linux from 32768), which any socket may take after they were found
+free."""
+
+
 def free_udp_ports(count: int) -> list[int]:
     """Different UDP ports on loopback that nobody uses at the moment."""
-    with contextlib.ExitStack() as stack:
-        sockets = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(count)]
-        for each in sockets:
-            each.bind(("127.0.0.1", 0))
-        return [each.getsockname()[1] for each in sockets]
+    drawn = (port for port in random.sample(_PORTS, len(_PORTS)) if _is_free(port))
+    return list(itertools.islice(drawn, count))
+
+
+def _is_free(port: int) -> bool:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError:
+            return False
+    return True
 
 
 @contextlib.contextmanager

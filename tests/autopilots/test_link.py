@@ -15,7 +15,8 @@ import pytest
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.autopilots import parse_parameters
-from tests.cli.processes import PATIENCE_S, free_port, one_line, run_cli
+from tests.cli.processes import PATIENCE_S, one_line, run_cli
+from tests.ports import free_port
 
 DATA = Path(__file__).parents[1] / "data" / "parameters"
 

@@ -33,12 +33,6 @@ def one_line(finished):
     return lines[0]
 
 
-def free_port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
 @contextlib.contextmanager
 def daemon(design, port, *more):
     """`dob-companion run` listening on a port; killed at the end if it has not left by itself."""

@@ -9,8 +9,9 @@ import sys
 import pytest
 
 from dob_companion.artifact import dumps
-from tests.cli.processes import PATIENCE_S, UdpVehicle, free_port
+from tests.cli.processes import PATIENCE_S, UdpVehicle
 from tests.companion.aircraft import small_design
+from tests.ports import free_port
 
 PYTHON = shlex.quote(sys.executable)
 

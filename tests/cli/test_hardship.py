@@ -13,8 +13,9 @@ import pytest
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.artifact import dumps
-from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, free_port, wait_for
+from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, wait_for
 from tests.companion.aircraft import small_design
+from tests.ports import free_port
 from tests.runtime.messages import Ear
 
 SAMPLES = 3_000

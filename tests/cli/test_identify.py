@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from dob_companion.synthesis.spec.parse import parse_spec
-from tests.cli.processes import free_port, one_line, run_cli
+from tests.cli.processes import one_line, run_cli
 from tests.clients.processes import process
+from tests.ports import free_port
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAPER = EXAMPLES / "tailsitter_paper.toml"

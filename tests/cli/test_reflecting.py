@@ -2,8 +2,9 @@
 
 from dob_companion.artifact import dumps
 from dob_companion.supervisor import State
-from tests.cli.processes import UdpVehicle, daemon, free_port
+from tests.cli.processes import UdpVehicle, daemon
 from tests.companion.aircraft import small_design
+from tests.ports import free_port
 
 
 class Mirror(UdpVehicle):

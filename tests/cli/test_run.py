@@ -11,8 +11,9 @@ import pytest
 
 from dob_companion.artifact import dumps, sha256_of
 from dob_companion.cli.main import main
-from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, free_port, one_line, run_cli
+from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, one_line, run_cli
 from tests.companion.aircraft import small_design
+from tests.ports import free_port
 
 
 @pytest.fixture

@@ -9,7 +9,8 @@ import threading
 import time
 from pathlib import Path
 
-from tests.cli.processes import PATIENCE_S, daemon, free_port
+from tests.cli.processes import PATIENCE_S, daemon
+from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
 

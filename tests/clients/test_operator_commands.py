@@ -6,8 +6,9 @@ from datetime import datetime
 import pytest
 
 from dob_companion.companion import PARAMETERS
-from tests.cli.processes import free_port, one_line, run_cli
+from tests.cli.processes import one_line, run_cli
 from tests.clients.processes import flying, process
+from tests.ports import free_port
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from dob_companion.companion import PARAMETERS
-from tests.cli.processes import free_port
 from tests.clients.processes import ROOT, MavProxy, flying
+from tests.ports import free_port
 from tests.recorder.flights import wait_until
 
 KINDS = ("px4", "ardupilot")

@@ -17,9 +17,10 @@ import pytest
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.artifact import dumps
-from tests.cli.processes import PATIENCE_S, free_port
+from tests.cli.processes import PATIENCE_S
 from tests.clients.processes import ROOT, MavProxy, process
 from tests.companion.aircraft import small_design
+from tests.ports import free_port
 from tests.scenarios.designs import design_for
 
 CONFIG = ROOT / "deploy" / "mavlink-router.conf"

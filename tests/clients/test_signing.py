@@ -10,8 +10,9 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.files.timestamp import AHEAD
 from dob_companion.mavlink.signing import ticks
-from tests.cli.processes import UdpVehicle, daemon, free_port, run_cli
+from tests.cli.processes import UdpVehicle, daemon, run_cli
 from tests.clients.processes import MavProxy, flying, process
+from tests.ports import free_port
 
 PASSPHRASE = "hover"
 KEY = hashlib.sha256(PASSPHRASE.encode()).digest()

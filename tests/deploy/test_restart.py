@@ -8,8 +8,9 @@ import pytest
 
 from dob_companion.artifact import dumps
 from dob_companion.companion.kept_parameters import load_parameters
-from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, free_port, wait_for
+from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, wait_for
 from tests.companion.aircraft import small_design
+from tests.ports import free_port
 
 
 @pytest.fixture

@@ -7,9 +7,10 @@ import sys
 import pytest
 
 from dob_companion.artifact import dumps
-from tests.cli.processes import free_port, one_line, run_cli
+from tests.cli.processes import one_line, run_cli
 from tests.clients.processes import process
 from tests.companion.aircraft import small_design
+from tests.ports import free_port
 
 
 @pytest.fixture

@@ -9,8 +9,9 @@ from pathlib import Path
 
 from dob_companion.artifact import dumps
 from dob_companion.files.segments import segments_in, traces_at
-from tests.cli.processes import UdpVehicle, daemon, free_port, run_cli
+from tests.cli.processes import UdpVehicle, daemon, run_cli
 from tests.companion.aircraft import corrections, small_design
+from tests.ports import free_port
 from tests.recorder.flights import pairs_in_a_hurry, recorded, replayed, wait_until
 
 

@@ -16,8 +16,9 @@ from dob_companion.doctor.listening import Listening
 from dob_companion.errors import InputError
 from dob_companion.files.tlog_writer import TlogWriter
 from dob_companion.logs.tlog import read_tlog
-from tests.cli.processes import PATIENCE_S, UdpVehicle, free_port, one_line, run_cli
+from tests.cli.processes import PATIENCE_S, UdpVehicle, one_line, run_cli
 from tests.clients.processes import process
+from tests.ports import free_port
 
 
 def test_the_simulated_vehicle_is_excited_and_what_acted_is_in_the_log(tmp_path):

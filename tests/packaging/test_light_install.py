@@ -19,9 +19,10 @@ from dob_companion.artifact import dumps
 from dob_companion.cli.extras import remedy as of_the_companion
 from dob_companion.cli.main import command_modules
 from sitl.extras import remedy as of_the_vehicle
-from tests.cli.processes import free_port, one_line
+from tests.cli.processes import one_line
 from tests.companion.aircraft import small_design
 from tests.packaging.project import EXTRAS, PROJECT, ROOT, requirements
+from tests.ports import free_port
 
 _LIGHT = """
 import json, runpy, sys

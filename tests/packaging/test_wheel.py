@@ -9,9 +9,10 @@ import zipfile
 import pytest
 
 from dob_companion.artifact import dumps
-from tests.cli.processes import UdpVehicle, free_port, one_line, wait_for
+from tests.cli.processes import UdpVehicle, one_line, wait_for
 from tests.companion.aircraft import small_design
 from tests.packaging.project import PROJECT, ROOT, clean_copy, requirements
+from tests.ports import free_port
 
 pytestmark = pytest.mark.proof
 

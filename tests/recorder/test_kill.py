@@ -9,8 +9,9 @@ from pymavlink import mavutil
 
 from dob_companion.artifact import dumps
 from dob_companion.files.segments import segments_in
-from tests.cli.processes import UdpVehicle, daemon, free_port, run_cli
+from tests.cli.processes import UdpVehicle, daemon, run_cli
 from tests.companion.aircraft import small_design
+from tests.ports import free_port
 from tests.recorder.flights import wait_until
 
 

@@ -9,7 +9,8 @@ import pytest
 from dob_companion.companion import Event
 from dob_companion.flightlog.witness import Witness
 from dob_companion.runtime.witnesses import Witnesses
-from tests.cli.processes import UdpVehicle, free_port, wait_for
+from tests.cli.processes import UdpVehicle, wait_for
+from tests.ports import free_port
 
 
 def test_a_witness_that_raises_in_flight_is_said_once_and_left_out_and_the_flight_ends_with_a_fade():

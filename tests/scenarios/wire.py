@@ -10,7 +10,8 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mav
 
-from tests.cli.processes import daemon, free_port
+from tests.cli.processes import daemon
+from tests.ports import free_port
 from tests.sitl.bench import Peer
 
 ROOT = Path(__file__).parents[2]

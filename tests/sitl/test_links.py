@@ -9,16 +9,11 @@ import pytest
 from sitl.errors import LinkBusyError, LinkUrlError
 from sitl.links import Link, open_link, other_end, parse_url, wait
 from sitl.pace import CATCH_UP, Pace
+from tests.ports import free_port
 
 DT = 0.004
 MANY = 10_000
 """Kilobytes: more than the kernel keeps for a client that does not read."""
-
-
-def free_port(kind: int = socket.SOCK_DGRAM) -> int:
-    with socket.socket(socket.AF_INET, kind) as s:
-        s.bind(("127.0.0.1", 0))
-        return int(s.getsockname()[1])
 
 
 def receive(link: Link) -> bytes:

@@ -1,11 +1,12 @@
 """A ground station that others wrote: MAVSDK connects, arms, takes off and reads attitude."""
 
-import socket
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests.ports import free_port
 
 pytest.importorskip("mavsdk")
 
@@ -39,12 +40,6 @@ until("attitude_quaternion", lambda q: q.w > 0.99)
 until("position", lambda p: p.relative_altitude_m > 1.0)
 print("attitude gain", Param(vehicle).get_param_float("SIM_ATT_P"))
 '''
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
-        s.bind(("127.0.0.1", 0))
-        return int(s.getsockname()[1])
 
 
 def test_mavsdk_connects_arms_takes_off_and_reads_attitude():

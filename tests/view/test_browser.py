@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from tests.cli.processes import UdpVehicle, daemon, free_port
+from tests.cli.processes import UdpVehicle, daemon
+from tests.ports import free_port
 from tests.view.test_page import free_tcp_port
 from tests.view.watching import CHROMIUM, Browser
 

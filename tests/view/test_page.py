@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from dob_companion.view.page import EVENTS, MOMENTS, MOST_CONNECTIONS, MOST_STREAMS, PAGE, Board, StatusServer
-from tests.cli.processes import daemon, free_port, one_line, run_cli
+from tests.cli.processes import daemon, one_line, run_cli
+from tests.ports import free_port
 from tests.report.html import Page
 from tests.view.watching import get, stream
 

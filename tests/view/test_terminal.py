@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from dob_companion.view.drawing import bar
-from tests.cli.processes import UdpVehicle, daemon, free_port
+from tests.cli.processes import UdpVehicle, daemon
+from tests.ports import free_port
 from tests.view.watching import shown
 
 

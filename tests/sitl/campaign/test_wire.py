@@ -15,7 +15,8 @@ from sitl.campaign.pilot import Job, fly
 from sitl.campaign.plan import Inputs
 from sitl.result import summarize
 from sitl.scenario.spec import load
-from tests.cli.processes import daemon, free_port
+from tests.cli.processes import daemon
+from tests.ports import free_port
 from tests.sitl.bench import Peer
 
 EVENTFUL = """
