@@ -1,12 +1,16 @@
 """`design` as a user meets it: files, exit codes, one line on stderr."""
 
 import json
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from dob_companion.artifact import check_flyable, loads
 from dob_companion.cli.main import main
 from tests.synthesis import paper
+
+AUTO = Path(__file__).parents[2] / "examples" / "tailsitter_auto.toml"
 
 
 def test_design_writes_a_flyable_file_and_prints_its_certificate(tmp_path, capsys):
@@ -84,3 +88,19 @@ def test_an_auto_table_that_is_missing_is_told_what_it_holds(tmp_path, capsys):
     for key in ("'auto' is missing", "disturbance_band_hz", "noise_rms", "least_disk_margin"):
         assert key in said
     assert not (tmp_path / "out").exists()
+
+
+def test_auto_reads_the_model_files_that_a_spec_names(tmp_path, capsys):
+    """Told by what it says of a file whose sample time is another than the spec's."""
+    spec, out = tmp_path / "my.toml", tmp_path / "out"
+    np.savez(tmp_path / "pitch.npz", A=[[0.5]], B=[[1.0]], C=[[1.0]], D=[[0.0]], Ts=0.01)
+    roots = "[block.plant]\nzeros = [-1.716]\npoles = [1.0, 0.9447]\ngain = 0.14131\n"
+    text = AUTO.read_text(encoding="utf-8")
+    assert roots in text
+    spec.write_text(text.replace(roots, '[block.plant]\nfile = "pitch.npz"\n'), encoding="utf-8")
+    assert main(["design", str(spec), "-o", str(out), "--auto"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "pitch.npz" in said
+    assert "0.01" in said
+    assert not out.exists()
