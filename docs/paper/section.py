@@ -4,6 +4,9 @@ from dataclasses import dataclass, field
 
 from dob_companion.report.chart import Chart
 
+ROUNDING = 1e-9
+"""A difference below it is what the last digits of the arithmetic leave; other machines give other digits."""
+
 
 @dataclass(frozen=True, slots=True)
 class Number:
@@ -23,6 +26,12 @@ class Number:
     def agrees(self) -> bool:
         """Whether ours lies within the bounds."""
         return (self.low is None or self.ours >= self.low) and (self.high is None or self.ours <= self.high)
+
+    @property
+    def shown(self) -> str:
+        """Ours with its unit."""
+        value = f"< {ROUNDING:.0e}" if 0.0 < abs(self.ours) < ROUNDING else f"{self.ours:.4g}"
+        return f"{value} {self.unit}"
 
     @property
     def accepted(self) -> str:
@@ -54,7 +63,7 @@ class Section:
             lines += [f"![{chart.alt}](img/paper_{chart.key}.svg)", ""]
         lines += ["| | paper | here | accepted | agrees |", "| --- | --- | --- | --- | --- |"]
         lines += [
-            f"| {n.what} | {n.paper} | {n.ours:.4g} {n.unit} | {n.accepted} | {'yes' if n.agrees else '**no**'} |"
+            f"| {n.what} | {n.paper} | {n.shown} | {n.accepted} | {'yes' if n.agrees else '**no**'} |"
             for n in self.numbers
         ]
         if self.differences:
