@@ -1,0 +1,122 @@
+"""The best observers for several sets of limits at once: each starts from what the stricter ones found.
+
+An observer that keeps stricter limits keeps looser ones, and for its poles the programme finds one at least as good. So
+no row of a trade-off attenuates less than a stricter one.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dob_companion.synthesis.optimal.descent import descend, grown, started
+from dob_companion.synthesis.optimal.problem import Axis, Responses, Spectrum, Wanted, grid, responses
+from dob_companion.synthesis.optimal.programme import Programme, Solved
+from dob_companion.synthesis.optimal.realization import realized
+
+Array = NDArray[np.float64]
+
+ORDER, MOST_ORDER = 6, 8
+"""States of an observer by default and at most. Two more than six bring half a percent on the axes measured, and the
+weights of more are of an order that the LMI takes long for."""
+
+WORTH = 1.001
+"""An order is raised only when this much is gained: fewer states are easier to trust."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """The best observer within limits: `value` is the RMS over the gains of attitude error on / off."""
+
+    wanted: Wanted
+    solved: Solved
+    radius: float
+
+    @property
+    def order(self) -> int:
+        """States."""
+        return len(self.solved.x)
+
+    def observer(self, axis: Axis) -> Any:
+        """D(z), inputs [y_n; u_e]."""
+        return realized(axis, self.solved.x, self.radius, self.solved.b)
+
+
+def least_order(axis: Axis) -> int:
+    """States that an observer of this plant needs at least for its numerator to have three numbers."""
+    return axis.order + 2
+
+
+def looser(a: Wanted, b: Wanted) -> bool:
+    """Whether all limits of a are at most as strict as b's."""
+    return (
+        a.disk_margin <= b.disk_margin
+        and a.noise >= b.noise
+        and (a.peak or np.inf) >= (b.peak or np.inf)
+        and a.delay_margin <= b.delay_margin
+        and a.slowest_s >= b.slowest_s
+    )
+
+
+class Search:
+    """One axis in one weather."""
+
+    def __init__(self, axis: Axis, spectrum: Spectrum, order: int = ORDER) -> None:
+        self.axis, self.spectrum, self.order = axis, spectrum, order
+        self.on: Responses = responses(axis, grid())
+
+    def programme(self, wanted: Wanted) -> Programme:
+        """For one set of limits."""
+        return Programme(self.on, self.axis.order, self.spectrum, wanted)
+
+    def best(self, wanted: Wanted) -> Found | None:
+        """From generic poles, growing; None where nothing keeps the limits."""
+        programme = self.programme(wanted)
+        best = started(programme, min(least_order(self.axis), self.order))
+        while best is not None and len(best.x) < self.order:
+            tried = [
+                grown(programme, best, most) for most in range(len(best.x) + 1, min(len(best.x) + 2, self.order) + 1)
+            ]
+            more = min((each for each in tried if each), key=lambda each: each.value, default=None)
+            if more is None or more.value * WORTH > best.value:
+                break
+            best = more
+        return Found(wanted, best, programme.radius) if best else None
+
+    def front(self, wanted: Sequence[Wanted], heard: Callable[[], None] = lambda: None) -> list[Found | None]:
+        """The best for each, the first one searched from the ground up; none is less good than one for stricter limits.
+
+        None for limits that nothing keeps. `heard` is called after each.
+        """
+        found: dict[int, Found | None] = {}
+        for at in (0, *_strictest_first(range(1, len(wanted)), wanted)):
+            begun = self._from([each for each in found.values() if each], wanted[at]) if at else None
+            found[at] = begun or self.best(wanted[at])
+            heard()
+        for at in _strictest_first(range(len(wanted)), wanted):
+            stricter = [each for each in found.values() if each and looser(wanted[at], each.wanted)]
+            better = self._from(stricter, wanted[at], below=own.solved.value if (own := found[at]) else np.inf)
+            found[at] = better or found[at]
+        return [found[at] for at in range(len(wanted))]
+
+    def _from(self, others: Sequence[Found], wanted: Wanted, below: float = np.inf) -> Found | None:
+        """The best descent from the poles of others; None where none begins below a value."""
+        programme = self.programme(wanted)
+        begun = [programme.solve(each.solved.x) for each in others]
+        best = min((each for each in begun if each), key=lambda each: each.value, default=None)
+        if best is None or best.value >= below:
+            return None
+        end = descend(programme, best.x)
+        return Found(wanted, end if end and end.value <= best.value else best, programme.radius)
+
+
+def _strictest_first(rows: Iterable[int], wanted: Sequence[Wanted]) -> list[int]:
+    """In an order in which no limits come before stricter ones."""
+
+    def key(at: int) -> tuple[float, ...]:
+        each = wanted[at]
+        return -each.disk_margin, each.noise, each.peak or np.inf, -each.delay_margin, each.slowest_s
+
+    return sorted(rows, key=key)
