@@ -2,7 +2,7 @@
 
 F = z^k b(z) / a(z), deg b = deg a - k, is linear in b, and on the exact model all that is asked is convex in F: the
 disk margin |S T_f - 1/2| <= 1/margin and a peak |F M| are disks at each angle, gyro noise in the correction is a norm,
-and 1 - (1 - z^-j) T, which must not circle the origin for a delay of j samples that nobody reports, is kept right of it.
+and 1 - (1 - z^-j) T, which must not circle the origin for a delay of j samples that nobody reports, stays right of it.
 
 The attitude error at other gains of the plant is not affine in F. It is linearized at the last F and solved again
 (Gauss and Newton), two to four times, until it does not change; the plant as modelled needs no linearization.
