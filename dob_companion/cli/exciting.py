@@ -157,6 +157,12 @@ class Exciting:
                 "battery": self.limits.battery,
             },
             "not_told": loop.guard.unheard,
+            "delay": {
+                "median_samples": loop.delays.median,
+                "p95_samples": loop.delays.late,
+                "source": loop.delays.source,
+                "round_trip_s": loop.figures().round_trip_s,
+            },
             "axes": [
                 {
                     "axis": passage.axis,

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from dob_companion import __version__
-from dob_companion.autopilots import Parameters, Sourced, parse_parameters
+from dob_companion.autopilots import Parameters, parse_parameters
 from dob_companion.cli.excite import excite
-from dob_companion.cli.exciting import RESULT as RESULT_OF_EXCITING
+from dob_companion.cli.excited import Excited, beside, link_delay
 from dob_companion.cli.exciting import TLOG
 from dob_companion.cli.identification_options import Options
 from dob_companion.errors import InputError
@@ -69,14 +69,16 @@ def log_of(args: argparse.Namespace, folder: Path) -> tuple[int, Path]:
 
 def of_log(path: Path, options: Options) -> Outcome:
     """Read, identify, write the spec's text. Raises InputError for a log or an option that is no good."""
-    record = _chosen(read_log(path), path, options)
+    excited = beside(path)
+    record = _chosen(read_log(path), excited, options)
     found = identify(record, axes=options.axes, rate_hz=options.rate_hz)
     surroundings = around(record, found)
     if not found.usable:
         return Outcome(found=found, surroundings=surroundings, spec=None, why="no axis is usable")
     try:
         controllers = _controllers(record, found.usable, options)
-        text = spec_text(found, controllers, surroundings, _delay(controllers, options), options.rate_hz)
+        late = link_delay(options.delay, excited.delay if excited else None, controllers)
+        text = spec_text(found, controllers, surroundings, late, options.rate_hz)
     except InputError as problem:
         return Outcome(found=found, surroundings=surroundings, spec=None, why=str(problem))
     return Outcome(found=found, surroundings=surroundings, spec=text)
@@ -114,24 +116,13 @@ def longest(records: Sequence[Record]) -> Record:
     return replace(records[which], remarks=(*records[which].remarks, taken))
 
 
-def _chosen(records: Sequence[Record], path: Path, options: Options) -> Record:
+def _chosen(records: Sequence[Record], excited: Excited | None, options: Options) -> Record:
     """The longest of a log's parts, with what is known of the autopilot from elsewhere."""
     record = longest(records)
-    beside = path.parent / RESULT_OF_EXCITING
     if options.parameters is not None:
         given = parse_parameters(read_text(options.parameters), str(options.parameters))
         return replace(record, parameters=dict(given.values))
-    if beside.exists() and not record.parameters:
-        return replace(record, parameters=_excited_parameters(beside))
-    return record
-
-
-def _excited_parameters(path: Path) -> dict[str, float]:
-    try:
-        given = json.loads(read_text(path))["parameters"]
-        return {str(name): float(value) for name, value in given.items()}
-    except (ValueError, TypeError, KeyError, AttributeError):
-        raise InputError(f'{path}: expected what `dob-companion excite` writes, with "parameters"') from None
+    return record if record.parameters or excited is None else replace(record, parameters=excited.parameters)
 
 
 def _controllers(record: Record, axes: tuple[str, ...], options: Options) -> Controllers:
@@ -143,12 +134,6 @@ def _controllers(record: Record, axes: tuple[str, ...], options: Options) -> Con
             "--params FILE, or --controller SPEC.toml"
         )
     return by_parameters(Parameters(record.source, record.parameters), axes)
-
-
-def _delay(controllers: Controllers, options: Options) -> Sourced:
-    if options.delay is not None:
-        return Sourced(options.delay, "given")
-    return Sourced(controllers.delay_samples, "least for this autopilot; `doctor` measures the link's")
 
 
 def _seen(seen: Surroundings) -> dict[str, Any]:

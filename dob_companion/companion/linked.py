@@ -129,8 +129,10 @@ class LinkedLoop:
         taken, self._transitions = self._transitions, []
         return taken
 
-    def _aged(self, applied: AppliedMoment) -> None:
-        """The vehicle has told how old our part in a moment is, or the round trip says it."""
+    def _aged(self, applied: AppliedMoment) -> float:
+        """The vehicle has told how old our part in a moment is, or the round trip says it: in samples."""
         age = applied.age_samples
         self.gate.takeup.reported(applied.stamp_us, age)
-        self.gate.delay.add(applied.stamp_us, self.round_trip.delay_samples(self.dt) if math.isnan(age) else age)
+        samples = self.round_trip.delay_samples(self.dt) if math.isnan(age) else age
+        self.gate.delay.add(applied.stamp_us, samples)
+        return samples

@@ -14,6 +14,7 @@ from dob_companion.companion.dob import EMERGENCY_RAMP_S, JUDGE_EVERY, LONGEST_C
 from dob_companion.companion.linked import NOTHING, LinkedLoop
 from dob_companion.companion.parameters import Parameters
 from dob_companion.companion.samples import Arrival, Inputs, Samples
+from dob_companion.excitation.delays import Delays
 from dob_companion.excitation.limits import Guard, Probe, Reason
 from dob_companion.excitation.plan import AxisPlan, Passage, Plan
 from dob_companion.mavlink import AppliedMoment, GyroSample
@@ -51,6 +52,7 @@ class ExcitationLoop(LinkedLoop):
 
     outcome   "" until it has ended, then "complete" or "aborted: " and why
     passages  the axes that were excited, in order
+    delays    how late what was sent acted while they were
     """
 
     def __init__(self, plan: Plan, parameters: Parameters, limits: RegimeLimits | None = None) -> None:
@@ -66,6 +68,7 @@ class ExcitationLoop(LinkedLoop):
         self.passages: list[Passage] = []
         self.answer: Answer | None = None
         self.guard = Guard(plan.limits)
+        self.delays = Delays()
         self._regime = FlightRegime(limits or RegimeLimits())
         self._plan, self._parameters = plan, parameters
         self._probe = Probe(plan.limits.rate)
@@ -181,7 +184,9 @@ class ExcitationLoop(LinkedLoop):
             return
         self.regime.throttle(applied.thrust)
         self._saturation.add(applied.moment)
-        self._aged(applied)
+        samples = self._aged(applied)
+        if self._running is not None:
+            self.delays.add(samples, reported=not math.isnan(applied.age_samples))
         if self._echo.foreign(applied.stamp_us, applied.age_samples, applied.moment, applied.correction):
             self.abort(Reason("corrections come back changed"))
 

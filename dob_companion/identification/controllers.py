@@ -19,13 +19,15 @@ class Controllers:
     """C(z) of u = C (r - y) by axis, each as the lines below [block.controller].
 
     attitude_gain   rate asked for per attitude error in roll and pitch, 1/s
-    delay_samples   least of a design for this autopilot
+    delay_samples   of a design, where no link was measured
+    least_delay     samples that this autopilot's own loop takes on any link
     remarks         what its parameters do that no linear model holds
     """
 
     lines: Mapping[str, tuple[str, ...]]
     attitude_gain: Sourced
-    delay_samples: int
+    delay_samples: Sourced
+    least_delay: int = 1
     remarks: tuple[str, ...] = ()
 
 
@@ -44,7 +46,10 @@ def by_parameters(parameters: Parameters, axes: Iterable[str]) -> Controllers:
             for axis, loop in loops.items()
         },
         attitude_gain=Sourced(parameters.need(autopilot.attitude_gain), parameters.said(autopilot.attitude_gain)),
-        delay_samples=autopilot.delay_samples,
+        delay_samples=Sourced(
+            autopilot.delay_samples, "least for this autopilot; `excite` and `doctor` measure the link's"
+        ),
+        least_delay=autopilot.delay_samples,
         remarks=tuple(dict.fromkeys(remark for loop in loops.values() for remark in loop.remarks)),
     )
 
@@ -65,7 +70,7 @@ def of_spec(text: str, source: str, axes: Iterable[str]) -> Controllers:
     gain = Sourced(ATTITUDE_GAIN, "the default")
     if "attitude_gain" in auto:
         gain = Sourced(auto.number("attitude_gain", lambda x: x >= 0.0, "a number of 0 or more"), source)
-    return Controllers(lines=lines, attitude_gain=gain, delay_samples=design.whole("delay_samples", 1))
+    return Controllers(lines=lines, attitude_gain=gain, delay_samples=Sourced(design.whole("delay_samples", 1), source))
 
 
 def _written(table: toml.Table) -> Iterator[str]:

@@ -41,6 +41,7 @@ def test_the_plant_is_found_over_the_link_with_its_interval_and_is_a_spec_that_d
     assert told == json.loads((out / "identification.json").read_text(encoding="utf-8"))
     spec = parse_spec((out / "spec.toml").read_text(encoding="utf-8"))
     assert [block.name for block in spec.blocks] == ["pitch"]
+    assert "delay_samples = 1   # measured while it was excited: 95 % within 1" in (out / "spec.toml").read_text()
     assert spec.blocks[0].uncertainty is not None
     assert "Usable." in (out / "identification.html").read_text(encoding="utf-8")
 

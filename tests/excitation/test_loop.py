@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from dob_companion.companion import CompanionConfig
 from dob_companion.companion.dob import DobLoop
 from dob_companion.companion.loop import Loop
+from dob_companion.excitation.delays import BY_AGE, BY_ROUND_TRIP
 from dob_companion.excitation.limits import Limits, Probe
 from dob_companion.excitation.loop import REST_S, TAIL_S, ExcitationLoop
 from dob_companion.excitation.signal import CHIRP, Excitation, table
@@ -46,6 +47,26 @@ def test_the_axes_come_one_after_another_with_rests_and_each_alone():
     assert np.abs(sent[:, 0]).max() <= 0.05 < np.abs(sent[:, 2]).max() <= 0.1
     tail = plane.sent[-round(TAIL_S / DT) :]
     assert all(answer == (0.0, 0.0, 0.0) for answer in tail)
+
+
+def test_how_late_what_was_sent_acted_is_measured_while_an_axis_is_excited():
+    plane = hover(age=7.0).until(State.RAMP_IN)
+    assert plane.loop.delays.late is None
+    for k in range(1000):
+        plane.age = 3.0 if k % 10 == 0 else 2.0
+        plane.fly()
+    delays = plane.loop.delays
+    assert (delays.median, delays.late, delays.source) == (2, 3, BY_AGE)
+
+
+def test_where_the_vehicle_does_not_tell_it_the_round_trip_stands_for_the_delay():
+    plane = hover(age=math.nan)
+    for _ in range(3000):
+        plane.loop.time_asked(round(1e9 * plane.now), plane.now)
+        plane.loop.time_answered(round(1e9 * plane.now), plane.now + 2.5 * DT)
+        plane.fly()
+    delays = plane.loop.delays
+    assert (delays.median, delays.late, delays.source) == (3, 3, BY_ROUND_TRIP)
 
 
 def test_what_is_added_is_the_signal_at_the_stamps_of_the_vehicle_also_across_missing_samples():

@@ -36,6 +36,7 @@ def test_the_simulated_vehicle_is_excited_and_what_acted_is_in_the_log(tmp_path)
     (axis,) = told["axes"]
     assert (axis["axis"], axis["amplitude"], axis["complete"]) == ("pitch", 0.06, True)
     assert told["not_told"] == ["battery"]
+    assert (told["delay"]["median_samples"], told["delay"]["p95_samples"]) == (1, 1)
     (record,) = read_tlog(out / "excite.tlog")
     injected = record.injected.values
     assert np.abs(injected[:, 1]).max() == pytest.approx(0.06 * axis["level"], rel=0.3)
