@@ -24,6 +24,7 @@ local HOLD_US = 100000         -- without news for so long the last correction s
 local FADE_OUT_US = 100000     -- then it goes to zero within this time; so it does when the pilot switches it off
 local FADE_IN_US = 500000      -- and comes back no faster than this
 local ANSWER_US = 5000000      -- a companion silent for so long gets no more answers
+local RUN_US = 20000           -- the script runs this often even when it is held up; what it sets acts for so long at most
 local LOOK_US = 20000          -- switch and flight are looked at this often: asking holds up the autopilot's main loop
 local CHECK_US = 500000        -- parameters and arming check are looked at this often
 local SAY_US = 1000000         -- at most one text in this time
@@ -101,6 +102,7 @@ end
 -- leaves is then collected as garbage, and this is called; so no correction is ever left behind in the mixer.
 local state = setmetatable({
   now_lo = 0, now_hi = 0,            -- time of the vehicle, µs, 64 bits in two
+  stepped_lo = 0,                    -- when this run of the script began
   checked_us = CHECK_US,             -- since the last look at parameters
   looked_us = LOOK_US,               -- since the last look at switch and flight
   barred = "starting",               -- why nothing may be let in, companion aside; nil: nothing speaks against it
@@ -138,11 +140,17 @@ end
 
 local function read_clock()
   local lo = micros()
-  local passed = wrap(lo:toint() - state.now_lo)
   state.now_lo = lo:toint()
   -- micros() wraps every 71.6 minutes: how often it has is what it differs from millis() by
   local ms_of_wraps = millis():tofloat() - lo:tofloat() / 1000
   state.now_hi = math.floor(ms_of_wraps / 4294967.296 + 0.5)
+end
+
+-- µs since the last run began: all of it, so that hold and fade do not wait while the script waits for the autopilot
+local function begin_run()
+  read_clock()
+  local passed = wrap(state.now_lo - state.stepped_lo)
+  state.stepped_lo = state.now_lo
   return passed
 end
 
@@ -244,11 +252,14 @@ local function move_gate(passed_us)
     state.barred = bar()
   end
   local why = state.fault or state.barred
-  if not why and (not state.stamp_lo or state.silence_us > HOLD_US) then
+  -- what is set now acts until the next run: it is faded as far as silence will ask for by then
+  local silence_us = state.silence_us + math.min(passed_us, RUN_US)
+  if not why and (not state.stamp_lo or silence_us > HOLD_US) then
     why = "no companion"
   end
   if why then
-    state.gate = math.max(0, state.gate - passed_us / FADE_OUT_US)
+    local left = (HOLD_US + FADE_OUT_US - silence_us) / FADE_OUT_US
+    state.gate = math.max(0, math.min(state.gate - passed_us / FADE_OUT_US, left))
   else
     state.gate = math.min(1, state.gate + math.min(passed_us, HOLD_US) / FADE_IN_US)
   end
@@ -443,7 +454,7 @@ local function inject(news)
 end
 
 local function step()
-  local passed = read_clock()
+  local passed = begin_run()
   for _, counter in ipairs(COUNTERS) do
     state[counter] = math.min(state[counter] + passed, 1000000000)
   end
@@ -479,7 +490,7 @@ local function start()
   state.vtol = FWVersion:type() == PLANE
   state.tailsitter = state.vtol and (value("Q_TAILSIT_ENABLE") or 0) > 0
   state.system = value("MAV_SYSID") or value("SYSID_THISMAV")
-  read_clock()
+  begin_run()
   check()
   mavlink:init(25, 1)
   mavlink:register_rx_msgid(DEBUG_VECT)

@@ -33,7 +33,7 @@ class Answer:
 
 @dataclass
 class Autopilot:
-    """A multirotor, armed and flying, with the script on board. Time passes in `run` only."""
+    """A multirotor, armed and flying, with the script on board. Time passes in `run` and in writing the mixer."""
 
     parameters: dict[str, float] = field(default_factory=dict)
     kind: int = COPTER
@@ -48,6 +48,7 @@ class Autopilot:
     switch: int | None = None
     switch_assigned: bool = False
     broken: str = ""
+    writing_us: int = 0  # how long the script waits for the main loop when it writes the mixer
 
     def __post_init__(self) -> None:
         prefix = "Q_" if self.kind == PLANE else ""
@@ -207,6 +208,7 @@ class Autopilot:
         return table
 
     def _load_factors(self, table) -> None:
+        self.now_us += self.writing_us
         self.factors = {name: dict(row) for name, row in table["rows"]().items()}
 
     def _init_motors(self, expected: int) -> bool:

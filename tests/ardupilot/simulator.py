@@ -38,14 +38,16 @@ def in_namespace(*arguments: object) -> list[str]:
 
 
 @contextlib.contextmanager
-def copter(program: Path, directory: Path, parameters: Path = HERE / "copter.parm", **more: float) -> Iterator[None]:
+def copter(program: Path, directory: Path, companion_port: str = "tcp:2", **more: float) -> Iterator[None]:
     """ArduCopter in `directory`, its log there as simulator.log. `more` are further parameters."""
     shutil.rmtree(directory / "logs", ignore_errors=True)
     (directory / "scripts").mkdir(parents=True, exist_ok=True)
     shutil.copy(SCRIPT, directory / "scripts")
     settings = directory / "flight.parm"
-    settings.write_text(parameters.read_text() + "".join(f"{name} {value:g}\n" for name, value in more.items()))
+    own = "".join(f"{name} {value:g}\n" for name, value in more.items())
+    settings.write_text((HERE / "copter.parm").read_text() + own)
     command = [program, "--model", "+", "--speedup", "1", "--home", HOME, "--defaults", settings, "--wipe"]
+    command += ["--serial1", companion_port]
     with (directory / "simulator.log").open("w") as log:
         process = subprocess.Popen(
             [*map(str, command)], cwd=directory, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT

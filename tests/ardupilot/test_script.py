@@ -262,6 +262,20 @@ def test_silence_is_held_for_100_ms_and_faded_within_another_100_ms():
     assert set(autopilot.factors["throttle"].values()) == {1.0}
 
 
+@pytest.mark.parametrize(("run_us", "waiting_us"), [(1000, 0), (4000, 0), (3000, 3000), (2000, 10_000)])
+def test_however_long_a_run_takes_silence_is_over_within_200_ms(run_us, waiting_us):
+    autopilot = ready()
+    autopilot.converse(0.1, 0.1)
+    autopilot.run(0.0, 0)  # the last news is taken, and acts from here on
+    heard_us, autopilot.writing_us = autopilot.now_us, waiting_us
+    while autopilot.added()[0] > 0.09999:
+        autopilot.run(0.0, run_us)
+    assert autopilot.now_us - heard_us > 100_000 - 2 * (run_us + waiting_us)
+    while set(autopilot.factors["throttle"].values()) != {1.0}:
+        autopilot.run(0.0, run_us)
+    assert autopilot.now_us - heard_us <= 200_000 + waiting_us
+
+
 def test_a_companion_that_comes_back_with_a_correction_does_not_step_up():
     autopilot = ready()
     autopilot.converse(0.1, 0.1)

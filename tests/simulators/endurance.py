@@ -1,0 +1,240 @@
+"""Minutes in hover in noise, off and then on, on a good wire or on one that goes wrong in every way we know:
+
+    DOB_ARDUCOPTER=… python -m tests.simulators.endurance ardupilot design.json -o DIR [--minutes 10] [--faults]
+    DOB_PX4=…        python -m tests.simulators.endurance px4 design.json -o DIR [--minutes 10] [--faults]
+
+White noise through a 1 Hz low-pass about all three axes. With --faults the relay loses 1 % of all messages throughout,
+and a fault of the next kind begins whenever the correction is fully in. Prints tables for docs; DIR gets result.json.
+Linux only, in a network of its own.
+"""
+
+import argparse
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from collections import Counter
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from itertools import cycle
+from pathlib import Path
+
+import numpy as np
+
+from dob_companion.artifact import loads
+from tests.ardupilot.flights import ACTIVE, AXES, PROGRAMS, signal
+from tests.ardupilot.simulator import in_namespace
+from tests.simulators.aircraft import AIRCRAFT, Flight, hover
+from tests.simulators.judge import judge
+from tests.simulators.relay import CUT, Faults
+
+OFF_S, BLOCK_S, PATIENCE_S = 60.0, 10.0, 20.0
+LOSS = Faults(lost=0.01)
+KINDS = {
+    "1 % loss alone": (1.0, LOSS, LOSS),
+    "burst: half of all lost": (0.2, Faults(lost=0.5), Faults(lost=0.5)),
+    "a fifth comes twice": (1.0, Faults(lost=0.01, twice=0.2), Faults(lost=0.01, twice=0.2)),
+    "reordered: up to 12 ms late": (1.0, Faults(lost=0.01, jitter=0.012), Faults(lost=0.01, jitter=0.012)),
+    "corrupt bytes in 5 %": (1.0, Faults(lost=0.01, corrupt=0.05), Faults(lost=0.01, corrupt=0.05)),
+    "4 ms late, both ways": (2.0, Faults(lost=0.01, delay=0.004), Faults(lost=0.01, delay=0.004)),
+    "30 ms late, both ways": (1.0, Faults(lost=0.01, delay=0.03), Faults(lost=0.01, delay=0.03)),
+    "cut, 16 ms": (0.016, CUT, CUT),
+    "cut, 60 ms": (0.06, CUT, CUT),
+    "cut, 1 s": (1.0, CUT, CUT),
+    "vehicle to companion cut, 0.15 s": (0.15, CUT, LOSS),
+    "companion to vehicle cut, 70 ms": (0.07, LOSS, CUT),
+    "companion to vehicle cut, 1 s": (1.0, LOSS, CUT),
+}
+"""Every kind of fault: how long it lasts in s, and what happens to what the autopilot and the companion say."""
+
+
+def noise() -> dict[int, np.ndarray]:
+    """Angular accelerations about roll, pitch and yaw, rad/s²; each begins elsewhere in its ten minutes."""
+    found = {}
+    for axis, name in enumerate(AXES):
+        whole = signal(PROGRAMS[f"noise-{name}"], 600.0)
+        found[axis] = np.roll(whole, axis * len(whole) // 3)
+    return found
+
+
+def one(flight: Flight, kind: str) -> float | None:
+    """A fault; the time from its end until the correction is fully in: 0 when it never left, None when it is not in
+    PATIENCE_S."""
+    lasts, down, up = KINDS[kind]
+    flight.relay.spoil(down, up)
+    time.sleep(lasts)
+    over = flight.relay.spoil(LOSS, LOSS)
+    time.sleep(0.3)
+    recovered = 0.0
+    while not back(flight):
+        recovered = time.monotonic() - over
+        if recovered > PATIENCE_S:
+            return None
+        time.sleep(0.02)
+    time.sleep(1.0)
+    return recovered
+
+
+def back(flight: Flight) -> bool:
+    """Whether the companion says that it is ACTIVE, over a link that brings its telemetry."""
+    told = flight.ground.telemetry
+    count = len(told)
+    time.sleep(0.1)
+    return len(told) > count and told[-1][7] == ACTIVE
+
+
+@dataclass
+class Flown:
+    """Attitudes off and on (rows of time s, roll, pitch, yaw rad), recoveries by kind, and when it was on."""
+
+    off: list
+    on: list
+    recoveries: dict[str, list[float | None]]
+    marks: dict[str, float]
+    on_posix: float
+
+
+def fly(flight: Flight, minutes: float, faults: bool) -> Flown:
+    """A minute off, then so many on."""
+    found: dict[str, list[float | None]] = {}
+    with flight.companion():
+        flight.take_off()
+        flight.disturb(noise())
+        time.sleep(5.0)
+        attitudes = flight.ground.attitudes
+        begun = len(attitudes)
+        time.sleep(OFF_S)
+        off = attitudes[begun:]
+        flight.enable()
+        flight.mark("on")
+        begun, on_posix, end = len(attitudes), time.time(), time.monotonic() + 60.0 * minutes
+        if faults:
+            flight.relay.spoil(LOSS, LOSS)
+        kinds = cycle(KINDS)
+        while time.monotonic() < end:
+            if faults:
+                kind = next(kinds)
+                found.setdefault(kind, []).append(one(flight, kind))
+            else:
+                time.sleep(1.0)
+        flight.mark("end")
+        on = attitudes[begun:]
+        flight.relay.spoil()
+    return Flown(off, on, found, flight.marks, on_posix)
+
+
+def steal() -> tuple[float, float]:
+    """Time that the hypervisor has taken away, and all time, in jiffies since the start of the computer."""
+    values = [float(value) for value in Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:9]]
+    return values[7], sum(values)
+
+
+def angles(rows: list) -> np.ndarray:
+    """Roll, pitch, yaw in deg about their mean."""
+    whole = np.degrees(np.unwrap(np.array(rows)[:, 1:4], axis=0))
+    return whole - whole.mean(axis=0)
+
+
+def worst(rows: list) -> np.ndarray:
+    """The largest RMS of BLOCK_S, by axis, deg."""
+    times, whole = np.array(rows)[:, 0], angles(rows)
+    blocks = np.floor((times - times[0]) / BLOCK_S).astype(int)
+    each = [whole[blocks == block] for block in range(blocks[-1])]
+    return np.array([np.sqrt(np.mean(block**2, axis=0)) for block in each]).max(axis=0)
+
+
+def compare(off: list, on: list) -> list[dict]:
+    """Attitudes with and without, by axis, deg."""
+    found = []
+    for axis, name in enumerate(AXES):
+        one, other = angles(off)[:, axis], angles(on)[:, axis]
+        found.append(
+            {
+                "axis": name,
+                "rms off": float(one.std()),
+                "rms on": float(other.std()),
+                "worst 10 s off": float(worst(off)[axis]),
+                "worst 10 s on": float(worst(on)[axis]),
+                "peak off": float(np.abs(one).max()),
+                "peak on": float(np.abs(other).max()),
+            }
+        )
+    return found
+
+
+def fades(directory: Path, began: float) -> Counter[str]:
+    """Why the companion faded out while it was to be on, numbers left out. `began`: POSIX time."""
+    found: Counter[str] = Counter()
+    for text in (directory / "companion.jsonl").read_text().splitlines():
+        said = json.loads(text) if text.startswith("{") else {}
+        event = said.get("event", "")
+        if event.startswith("DOB RAMP_OUT: ") and datetime.fromisoformat(said["time"]).timestamp() > began:
+            found[re.sub(r"[\d.]+", "…", event.removeprefix("DOB RAMP_OUT: "))] += 1
+    return found
+
+
+def limit_of(directory: Path) -> float:
+    """DOB_LIMIT as the companion has said it."""
+    text = (directory / "companion.jsonl").read_text()
+    return float(re.search(r"DOB_LIMIT ([\d.]+)", text).group(1))
+
+
+def say(result: dict) -> None:
+    """The tables."""
+    print("| axis | RMS off | on | off/on | worst 10 s off | on | peak off | on |")
+    print("| --- | --: | --: | --: | --: | --: | --: | --: |")
+    for row in result["attitudes"]:
+        print(
+            f"| {row['axis']} | {row['rms off']:.3f}° | {row['rms on']:.3f}° | {row['rms off'] / row['rms on']:.1f} "
+            f"| {row['worst 10 s off']:.3f}° | {row['worst 10 s on']:.3f}° | {row['peak off']:.2f}° "
+            f"| {row['peak on']:.2f}° |"
+        )
+    if result["recoveries"]:
+        print("\n| what was tried | times | recovered | no fade | recovery, median s | longest s |")
+        print("| --- | --: | --: | --: | --: | --: |")
+    for kind, times in result["recoveries"].items():
+        good = [time for time in times if time is not None]
+        middle, longest = (np.median(good), max(good)) if good else (np.nan, np.nan)
+        print(f"| {kind} | {len(times)} | {len(good)} | {good.count(0.0)} | {middle:.2f} | {longest:.2f} |")
+    print("\nfades:", "; ".join(f"{why}: {count}" for why, count in sorted(result["fades"].items())) or "none")
+    print("corrections:", ", ".join(f"{name} {value:.6g}" for name, value in result["verdict"].items()))
+    print(f"corrections from bad data: {result['wrong']}; time stolen from the computer: {result['steal']:.1%}")
+
+
+def main() -> None:
+    """Enter the namespace, then fly."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("autopilot", choices=AIRCRAFT)
+    parser.add_argument("design", type=Path)
+    parser.add_argument("-o", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--faults", action="store_true")
+    arguments = parser.parse_args()
+    if "DOB_FLIGHT_INSIDE" not in os.environ:
+        command = in_namespace("-m", "tests.simulators.endurance", *sys.argv[1:])
+        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    aircraft, directory, design = AIRCRAFT[arguments.autopilot], arguments.o.resolve(), arguments.design.resolve()
+    before = steal()
+    with hover(aircraft, design, directory) as flight:
+        flown = fly(flight, arguments.minutes, arguments.faults)
+    stolen, whole = (after - earlier for after, earlier in zip(steal(), before, strict=True))
+    verdict = judge(
+        aircraft, loads(design.read_text()), limit_of(directory), directory / "wire.log",
+        flown.marks["on"], flown.marks["end"],
+    )  # fmt: skip
+    result = {
+        "attitudes": compare(flown.off, flown.on),
+        "recoveries": flown.recoveries,
+        "fades": fades(directory, flown.on_posix),
+        "verdict": asdict(verdict),
+        "wrong": verdict.wrong,
+        "steal": stolen / whole,
+    }
+    (directory / "result.json").write_text(json.dumps(result, indent=1) + "\n")
+    say(result)
+
+
+if __name__ == "__main__":
+    main()
