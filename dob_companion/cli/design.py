@@ -18,7 +18,12 @@ from dob_companion.files import read_text, reader_beside, require_place, write_f
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from dob_companion.synthesis.tune.tuning import Each, Tuning
+    from dob_companion.synthesis.tune.limits import Tuning
+    from dob_companion.synthesis.tune.tuning import Each
+
+
+TUNED = "tuned.toml"
+"""The spec with the weights that --auto found, beside the design."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -50,8 +55,10 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps(_objects(design, tunings)))
     else:
         print(certificate_text(design, tunings))
+        also = f", {args.out / TUNED}" if args.auto else ""
         print(
             f"\nwritten: {args.out / 'design.json'} (sha256 {design.sha256[:8]}), {args.out / 'report.html'}, figures"
+            f"{also}"
         )
     return 0
 
@@ -61,24 +68,29 @@ def design_into(
 ) -> "tuple[DobDesign, tuple[Tuning, ...]]":
     """Design what the spec at `path` asks, and write design.json, report.html and figures into `folder`.
 
+    With `auto` tuned.toml as well: the spec with the weights found.
+
     Raises SpecError, UnsolvableError and NotCertifiedError; then nothing is written.
     """
     from dob_companion.report.design_page import design_report
     from dob_companion.synthesis import design_from_toml
     from dob_companion.synthesis.numeric import numbers_judged
+    from dob_companion.synthesis.tune.written import tuned_spec
 
     require_place(folder)
     created = datetime.now(UTC).isoformat(timespec="seconds")
     spec = read_text(path)
+    written = {}
     if auto:
         found, tunings = _tuned(spec, path, created)
+        written = {TUNED: tuned_spec(spec, str(path), reader_beside(path), tunings)}
     else:
         found, tunings = design_from_toml(spec, str(path), created, reader_beside(path), largest_order=order), ()
     with numbers_judged(str(path)):
         text, design = dumps(found)
         page, figures = design_report(design, tunings)
     pictures = {f"figures/{name}": picture for name, picture in figures.items()}
-    write_files(folder, {"design.json": text, "report.html": page, **pictures})
+    write_files(folder, {"design.json": text, "report.html": page, **written, **pictures})
     return design, tunings
 
 

@@ -15,7 +15,7 @@ from dob_companion.report.robust_chart import robust_claims, robust_figures
 from dob_companion.report.tradeoff_chart import tradeoff_figures
 from dob_companion.report.words import listed, number, plural, transfer_function
 from dob_companion.synthesis.certify.behaviour import Complex, Roots
-from dob_companion.synthesis.tune.tuning import Tuning
+from dob_companion.synthesis.tune.limits import Tuning
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,18 +7,18 @@ import numpy as np
 from dob_companion.report.chart import Chart, Curve, Mark, Panel, Scale
 from dob_companion.report.page import PageFigure, figure
 from dob_companion.report.words import listed, number
-from dob_companion.synthesis.tune.tuning import Tuning
+from dob_companion.synthesis.tune.limits import Tuning
 from dob_companion.synthesis.tune.yardstick import Measured
 
 
 def tradeoff_figures(key: str, tuning: Tuning) -> list[PageFigure]:
     """The figure `tradeoff` of one block, with what limits the choice in words."""
     limits = listed(tuning.limited_by) if tuning.limited_by else "no limit that was asked for"
+    crosses = "Every grey cross is a pair of weights that was solved and measured. " if tuning.tried else ""
     caption = (
         "Attenuation is the RMS attitude error with the observer off over that with it on, for "
-        f"{tuning.auto.disturbances}. Every grey cross is a pair of weights that was solved "
-        f"and measured; blue ones are the best for other limits. The choice, {number(tuning.chosen.attenuation, 3)}, "
-        f"is held back by {limits}."
+        f"{tuning.auto.disturbances}. {crosses}Blue ones are the best for other limits. The choice, "
+        f"{number(tuning.chosen.attenuation, 3)}, is held back by {limits}."
     )
     return [figure(tradeoff(f"{key}-tradeoff", tuning), "Trade-off.", caption)]
 
@@ -26,10 +26,11 @@ def tradeoff_figures(key: str, tuning: Tuning) -> list[PageFigure]:
 def tradeoff(key: str, tuning: Tuning) -> Chart:
     """Two panels over the same attenuation; dashed lines are the limits that [auto] sets."""
     helping = [m for m in tuning.tried if m.attenuation > 0.3]
-    best = max(m.attenuation for m in (*helping, tuning.chosen))
+    found = [*helping, *(row.found for row in tuning.rows), tuning.chosen]
+    best = max(m.attenuation for m in found)
     y = Scale("attenuation, off / on", "", 0.3, 1.5 * best, log=True)
     margins = Scale("disk margin", "", 0.0, 1.05 * max(tuning.disk_margin_off, tuning.asked.disk_margin))
-    noises = [m.noise for m in helping] + [tuning.chosen.noise, tuning.asked.noise]
+    noises = [m.noise for m in found] + [tuning.asked.noise]
     low, high = (float(10.0 ** edge(np.log10(end(noises)))) for edge, end in ((np.floor, min), (np.ceil, max)))
     noise = Scale("noise in the correction, RMS", "", low, high, log=True)
     panels = (
@@ -50,7 +51,7 @@ def tradeoff(key: str, tuning: Tuning) -> Chart:
             marks=(Mark(x=tuning.asked.noise, label="asked"),),
         ),
     )
-    alt = "Attenuation of all weights tried against disk margin and against noise in the correction, the choice marked."
+    alt = "Attenuation against disk margin and against noise in the correction, the choice marked."
     return Chart(key, alt, panels, 860, 400, col_widths=(1.0, 1.0))
 
 
@@ -59,8 +60,8 @@ def _points(tuning: Tuning, tried: Sequence[Measured], of: Callable[[Measured], 
         x, y = np.array([of(m) for m in values]), np.array([m.attenuation for m in values])
         return Curve(name, x, y, role, marker=marker)
 
-    curves = [
-        curve("tried", tried, "bound", "x"),
+    curves = [curve("tried", tried, "bound", "x")] if tried else []
+    curves += [
         curve("best for other limits", [row.found for row in tuning.rows], "on", "o"),
         curve("chosen", [tuning.chosen], "off", "o"),
     ]

@@ -156,7 +156,7 @@ def _synthesized(
     return Synthesis(found.problem, found.observer, found.certificate, axes)
 
 
-def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
+def design_block(spec: BlockSpec, dt: float) -> DobBlock:
     """One block of a spec, designed and certified from the very matrices that go into the file.
 
     Raises SpecError when it has no weights, and as `synthesize` does.
@@ -175,7 +175,7 @@ def design_block(spec: BlockSpec, dt: float, gamma_backoff: float) -> DobBlock:
         result = synthesize(
             *systems,
             delay_samples=spec.delay_samples,
-            gamma_backoff=gamma_backoff,
+            gamma_backoff=spec.gamma_backoff,
             axes=spec.axes,
             uncertainty=spec.uncertainty,
             largest_order=spec.largest_order,
@@ -194,7 +194,7 @@ def design(spec: Spec, created: str = "") -> DobDesign:
 
     Raises SpecError, UnsolvableError or NotCertifiedError.
     """
-    return assembled(spec, tuple(design_block(block, spec.dt, spec.gamma_backoff) for block in spec.blocks), created)
+    return assembled(spec, tuple(design_block(block, spec.dt) for block in spec.blocks), created)
 
 
 def assembled(spec: Spec, blocks: tuple[DobBlock, ...], created: str = "") -> DobDesign:

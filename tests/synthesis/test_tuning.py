@@ -14,15 +14,17 @@ from dob_companion.comparison.vehicle import Vehicle, close, no_observer
 from dob_companion.errors import SpecError, UnsolvableError
 from dob_companion.lti.gramian import gramian
 from dob_companion.report.design_page import design_page
-from dob_companion.synthesis import parse_spec, synthesize
+from dob_companion.synthesis import design_from_toml, parse_spec, synthesize
 from dob_companion.synthesis.plant.models import from_data
 from dob_companion.synthesis.tune import tuning as tuning_module
-from dob_companion.synthesis.tune.tuning import tune_block, tuned_design_from_toml
+from dob_companion.synthesis.tune.tuning import Task, designed_and_tuned, tuned_design_from_toml
+from dob_companion.synthesis.tune.written import tuned_spec
 from dob_companion.synthesis.tune.yardstick import Yardstick
 from tests.synthesis import paper
 
 EXAMPLE = (Path(__file__).parents[2] / "examples" / "tailsitter_auto.toml").read_text(encoding="utf-8")
-PITCH = EXAMPLE[: EXAMPLE.index('[[block]]\nname = "roll"')]
+PITCH = EXAMPLE[: EXAMPLE.index('[[block]]\nname = "roll"')].replace("in_correction = 1e-3", "in_correction = 1.8e-4")
+"""With no more noise in the correction than the paper's weights let through."""
 
 
 @pytest.fixture(scope="module")
@@ -37,6 +39,10 @@ def auto_with(old, new):
     return PITCH.replace(old, new, 1)
 
 
+def tuned(spec, auto=None):
+    return designed_and_tuned(Task(spec.blocks[0], spec.dt, auto or spec.auto))[1]
+
+
 def complaint(text):
     with pytest.raises(SpecError) as caught:
         parse_spec(text, "auto.toml")
@@ -49,7 +55,7 @@ def test_it_beats_the_papers_weights_at_no_less_margin_and_no_more_noise(pitch):
     assert tuning.own.disk_margin == pytest.approx(0.38117, abs=1e-4)
     assert tuning.chosen.disk_margin >= tuning.own.disk_margin
     assert tuning.chosen.noise <= tuning.own.noise
-    assert tuning.chosen.attenuation > 2.0 * tuning.own.attenuation
+    assert tuning.chosen.attenuation > 1.9 * tuning.own.attenuation
 
 
 def test_what_was_chosen_is_what_the_certificate_says(pitch):
@@ -70,7 +76,7 @@ def test_in_the_papers_weather_it_flies_better_than_the_papers_weights_also_off_
         flown = [expect(close(vehicle, observer), 0.02).attitude for observer in (tuned, theirs)]
         assert flown[0] < flown[1]
     off = expect(close(nominal, no_observer(paper.DT)), 0.02).attitude
-    assert off / expect(close(nominal, tuned), 0.02).attitude > 12.0
+    assert off / expect(close(nominal, tuned), 0.02).attitude > 14.0
 
 
 def test_more_margin_or_less_noise_costs_attenuation(pitch):
@@ -80,7 +86,7 @@ def test_more_margin_or_less_noise_costs_attenuation(pitch):
     assert len(gained) >= 4
     assert gained == sorted(gained, reverse=True)
     assert all(row.asked.excess(row.found) == 0.0 for row in tuning.rows)
-    assert tuning.limited_by == ("the disk margin",)
+    assert "the disk margin" in tuning.limited_by
 
 
 def test_the_yardstick_agrees_with_the_closed_loop():
@@ -88,12 +94,13 @@ def test_the_yardstick_agrees_with_the_closed_loop():
     observer = synthesize(paper.PLANT, paper.PID, paper.W_D, paper.W_N).observer
     measured = Yardstick(paper.PLANT, paper.PID, (1,), spec.auto).measure(observer)
     vehicle = Vehicle(paper.PLANT, paper.PID, 1)
-    hertz = np.geomspace(0.1, 3.0, 200)
+    hertz = np.geomspace(1e-3, 124.9, 600)
+    shape = 1.0 / ((1.0 + (0.1 / hertz) ** 4) * (1.0 + (hertz / 3.0) ** 4))
     power = []
     for around in (no_observer(paper.DT), observer):
         theta = _part(close(vehicle, around), 4, 0)
         gain = np.abs(ct.frequency_response(theta, 2.0 * np.pi * hertz).frdata[0, 0])
-        power.append(np.trapezoid(gain**2, hertz))
+        power.append(np.trapezoid(gain**2 * shape, hertz))
     assert measured.attenuation == pytest.approx(np.sqrt(power[0] / power[1]), rel=2e-3)
     heard = _part(close(vehicle, observer, attitude=False), 2, 1)
     noise = heard.C @ gramian(heard.A, heard.B) @ heard.C.T + heard.D @ heard.D.T
@@ -128,7 +135,7 @@ def test_a_delay_margin_that_is_asked_for_is_kept_and_costs_attenuation(pitch):
     design, (tuning,) = tuned_design_from_toml(auto_with("least_disk_margin", auto), "auto.toml")
     assert design.blocks[0].certificate.delay_margin_samples >= 4
     assert tuning.chosen.attenuation < pitch[1].chosen.attenuation
-    assert tuning.limited_by == ("the delay margin",)
+    assert "the delay margin" in tuning.limited_by
 
 
 @pytest.mark.proof
@@ -141,22 +148,24 @@ def test_coupled_axes_are_tuned_together():
     )
     loose = "least_disk_margin = 0.5\nleast_delay_margin_samples = 0"  # so slow a baseline leaves no delay beside it
     spec = parse_spec(re.sub("least_disk_margin = 0.3812.*", loose, text))
-    tuning = tune_block(spec.blocks[0], spec.dt, spec.gamma_backoff, spec.auto)
+    tuning = tuned(spec)
     assert tuning.chosen.disk_margin >= 0.5
     assert tuning.chosen.attenuation > 3.0
     assert len(tuning.noise) == 2
 
 
-def test_limits_that_nothing_keeps_are_refused_with_the_nearest_found():
-    spec = parse_spec(auto_with("least_disk_margin = 0.3812 ", "least_disk_margin = 1.2 "))
-    with pytest.raises(UnsolvableError, match=r"block 'pitch': no weights .*nearest.*without observer .*0\.893"):
-        tune_block(spec.blocks[0], spec.dt, spec.gamma_backoff, spec.auto)
+def test_limits_that_nothing_keeps_are_refused_with_the_one_in_the_way():
+    spec = parse_spec(auto_with("least_disk_margin = 0.3812 ", "least_disk_margin = 1.9 "))
+    with pytest.raises(
+        UnsolvableError, match=r"block 'pitch': no observer .*without observer .*0\.893.*way: disk margin"
+    ):
+        tuned(spec)
 
 
 def test_an_attitude_loop_that_is_unstable_by_itself_is_named():
     spec = parse_spec(PITCH)
     with pytest.raises(UnsolvableError, match="attitude loop"):
-        tune_block(spec.blocks[0], spec.dt, spec.gamma_backoff, replace(spec.auto, attitude_gain=200.0))
+        tuned(spec, replace(spec.auto, attitude_gain=200.0))
 
 
 def test_a_noise_density_becomes_its_rms_at_the_rate():
@@ -182,10 +191,19 @@ def test_an_unknown_key_of_auto_names_the_nearest_one():
         (
             "noise_rms = 3.981e-4",
             "disturbance_corner_hz = 1.0\nnoise_rms = 3.981e-4",
-            "disturbance_corner_hz, one of them",
+            "expected one of disturbance_corner_hz, disturbance_band_hz",
         ),
         ("disturbance_band_hz = [0.1, 3.0]", "disturbance_corner_hz = 60.0", "between 0 and 41.6667 Hz"),
         ("least_disk_margin", "least_delay_margin_samples = 1.5\nleast_disk_margin", "whole number of 0 or more"),
+        ("least_disk_margin", "gains = [0.7, -1.3]\nleast_disk_margin", "gains: expected at most 8 factors"),
+        ("least_disk_margin", "disturbance_rms = 0.0\nleast_disk_margin", "disturbance_rms: expected a positive"),
+        ("disturbance_band_hz = [0.1, 3.0]", "disturbance_dryden = { wind_m_s = 8.0 }", "'length_m' is missing"),
+        ("disturbance_band_hz = [0.1, 3.0]", 'disturbance_spectrum = "wind.csv"', "text alone cannot name files"),
+        (
+            "disturbance_band_hz = [0.1, 3.0]",
+            "disturbance_spectrum = { hz = [1.0, 0.5], power = [1.0, 1.0] }",
+            "rising frequencies between 0 and 125 Hz",
+        ),
     ],
 )
 def test_a_bad_value_of_auto_says_what_was_expected(old, new, expected):
@@ -202,11 +220,58 @@ def test_weights_may_be_left_out_only_where_they_are_to_be_found(tmp_path, capsy
     assert "plain.toml: key 'auto' is missing" in capsys.readouterr().err
 
 
+def test_the_spec_with_its_weights_gives_the_same_observer_to_the_last_bit(pitch):
+    design, tuning = pitch
+    text = tuned_spec(PITCH, "auto.toml", None, (tuning,))
+    (again,), (first,) = design_from_toml(text).blocks, design.blocks
+    for name in "ABCD":
+        assert np.array_equal(getattr(again.observer, name), getattr(first.observer, name))
+    assert again.certificate.gamma == first.certificate.gamma
+
+
 @pytest.mark.proof
 def test_tuned_again_the_weights_are_the_same_to_the_last_bit(pitch):
     _, (tuning,) = tuned_design_from_toml(PITCH, "auto.toml")
     assert repr(tuning.disturbance) == repr(pitch[1].disturbance)
     assert repr(tuning.noise) == repr(pitch[1].noise)
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize(
+    ("stricter", "looser"),
+    [("disk_margin = 0.3812", "disk_margin = 0.36"), ("correction = 1.8e-4", "correction = 1.9e-4")],
+)
+def test_asked_for_less_it_never_gives_less(pitch, stricter, looser):
+    _, (tuning,) = tuned_design_from_toml(auto_with(stricter, looser), "auto.toml")
+    assert _over_gains(tuning.chosen) >= _over_gains(pitch[1].chosen) * 0.999
+
+
+def _over_gains(m):
+    """What is made great: 1 / RMS over the gains of attitude error on / off."""
+    return 1.0 / np.sqrt(np.mean(1.0 / np.array([m.attenuation, *m.at_gains]) ** 2))
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "words"),
+    [
+        ("disturbance_dryden = { wind_m_s = 8.0, length_m = 5.0 }", "of Dryden gusts, 8 m/s and 5 m"),
+        ("disturbance_spectrum = { hz = [0.1, 1.0, 10.0], power = [1, 1, 0.01] }", "of the measured spectrum"),
+        ('disturbance_spectrum = "wind.csv"', "of the measured spectrum, 0.2 to 20 Hz"),
+    ],
+)
+def test_a_spectrum_may_be_of_gusts_or_measured(spectrum, words):
+    text = auto_with("disturbance_band_hz = [0.1, 3.0] ", f"{spectrum} ")
+    auto = parse_spec(text, "auto.toml", {"wind.csv": b"Hz, power\n0.2, 4.0\n2, 4e-1\n20, 1e-3\n"}.__getitem__).auto
+    assert words in auto.disturbances
+
+
+def test_gains_and_a_largest_noise_gain_are_kept(pitch):
+    text = auto_with("least_disk_margin", "gains = [1.0, 0.8]\nlargest_noise_gain = 0.8\nleast_disk_margin")
+    text = text.replace("delay_samples = 1\n", "delay_samples = 1\nlargest_order = 4\n", 1)
+    design, (tuning,) = tuned_design_from_toml(text, "auto.toml")
+    assert design.blocks[0].certificate.extra["noise_to_estimate_peak"] <= 0.8
+    assert len(tuning.chosen.at_gains) == 1
+    assert tuning.chosen.attenuation <= pitch[1].chosen.attenuation * 1.03
 
 
 def test_the_command_prints_the_weights_and_the_page_draws_the_trade_off(tmp_path, capsys, pitch, monkeypatch):
@@ -216,13 +281,9 @@ def test_the_command_prints_the_weights_and_the_page_draws_the_trade_off(tmp_pat
     assert main(["design", str(spec), "--auto", "-o", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr().out
     assert ">  chosen" in printed
-    assert f"gain = {pitch[1].disturbance.gain!r} }}" in printed
-    assert re.search(r"the spec's own weights +7.36 ", printed)
-    assert all(
-        len(line) <= 80
-        for line in printed.splitlines()
-        if not line.startswith(("disturbance = ", "noise = ", "written"))
-    )
+    assert f"gain = {pitch[1].disturbance.gain!r}\n" in (tmp_path / "out" / "tuned.toml").read_text(encoding="utf-8")
+    assert re.search(rf"the spec's own weights +{pitch[1].own.attenuation:.2f} ", printed)
+    assert all(len(line) <= 80 for line in printed.splitlines() if not line.startswith("written"))
     assert 'id="b0-tradeoff' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 

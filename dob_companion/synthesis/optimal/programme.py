@@ -223,13 +223,14 @@ class _Watched:
 
 
 def _limits(on: Responses, wanted: Wanted) -> list[Limit]:
-    S, z = on.S, np.exp(1j * on.angles)
+    S = on.S
     forward = on.late * on.N
     limits = [Limit("disk margin", S - 0.5, -S * forward, 1.0 / wanted.disk_margin)]
     if wanted.peak is not None:
         limits.append(Limit("peak of the noise", np.zeros_like(S), on.M, wanted.peak))
-    for j in range(1, wanted.delay_margin + 1):
-        limits.append(Limit("delay margin", np.ones_like(S), -(1.0 - z**-j) * forward, ROOM, half_plane=True))
+    for half in range(2, 2 * wanted.delay_margin + 1):  # half samples between: a delay need not be whole
+        late = np.exp(-0.5j * half * on.angles)
+        limits.append(Limit("delay margin", np.ones_like(S), -(1.0 - late) * forward, ROOM, half_plane=True))
     return limits
 
 

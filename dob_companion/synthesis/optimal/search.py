@@ -4,7 +4,7 @@ An observer that keeps stricter limits keeps looser ones, and for its poles the 
 no row of a trade-off attenuates less than a stricter one.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,8 +73,8 @@ class Search:
 
     def best(self, wanted: Wanted) -> Found | None:
         """From generic poles, growing; None where nothing keeps the limits."""
-        programme = self.programme(wanted)
-        best = started(programme, min(least_order(self.axis), self.order))
+        programme, begun = self.programme(wanted), self.quick(wanted)
+        best = begun.solved if begun else None
         while best is not None and len(best.x) < self.order:
             tried = [
                 grown(programme, best, most) for most in range(len(best.x) + 1, min(len(best.x) + 2, self.order) + 1)
@@ -85,21 +85,30 @@ class Search:
             best = more
         return Found(wanted, best, programme.radius) if best else None
 
-    def front(self, wanted: Sequence[Wanted], heard: Callable[[], None] = lambda: None) -> list[Found | None]:
-        """The best for each, the first one searched from the ground up; none is less good than one for stricter limits.
+    def quick(self, wanted: Wanted) -> Found | None:
+        """From generic poles, as few as do; None where nothing keeps the limits."""
+        programme = self.programme(wanted)
+        solved = started(programme, min(least_order(self.axis), self.order))
+        return Found(wanted, solved, programme.radius) if solved else None
 
-        None for limits that nothing keeps. `heard` is called after each.
+    def front(self, first: Found, others: Sequence[Wanted]) -> list[Found | None]:
+        """The best found and the best for each of others; none is less good than one for stricter limits.
+
+        None for limits that nothing keeps.
         """
-        found: dict[int, Found | None] = {}
-        for at in (0, *_strictest_first(range(1, len(wanted)), wanted)):
-            begun = self._from([each for each in found.values() if each], wanted[at]) if at else None
-            found[at] = begun or self.best(wanted[at])
-            heard()
+        wanted = [first.wanted, *others]
+        found: dict[int, Found | None] = {0: first}
+        for at in _strictest_first(range(1, len(wanted)), wanted):
+            found[at] = self._from([each for each in found.values() if each], wanted[at]) or self.best(wanted[at])
         for at in _strictest_first(range(len(wanted)), wanted):
             stricter = [each for each in found.values() if each and looser(wanted[at], each.wanted)]
             better = self._from(stricter, wanted[at], below=own.solved.value if (own := found[at]) else np.inf)
             found[at] = better or found[at]
         return [found[at] for at in range(len(wanted))]
+
+    def nearby(self, found: Found, wanted: Wanted) -> Found | None:
+        """The best for slightly other limits, from the poles of one found."""
+        return self._from([found], wanted)
 
     def _from(self, others: Sequence[Found], wanted: Wanted, below: float = np.inf) -> Found | None:
         """The best descent from the poles of others; None where none begins below a value."""

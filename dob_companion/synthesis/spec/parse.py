@@ -6,6 +6,7 @@ with the nearest known one. `plant/models.py` turns the models below into state 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 from dob_companion import toml
 from dob_companion.artifact import AXES
@@ -13,6 +14,7 @@ from dob_companion.errors import SpecError
 from dob_companion.synthesis.spec.auto import AutoSpec, parse_auto
 from dob_companion.synthesis.spec.limits import LONGEST_DELAY
 from dob_companion.synthesis.spec.model_file import Reader, with_model_files
+from dob_companion.synthesis.spec.spectrum_file import with_spectrum_file
 from dob_companion.synthesis.spec.uncertainty import Uncertainty, parse_uncertainty
 from dob_companion.toml import Table, is_number, shown
 
@@ -103,6 +105,7 @@ class BlockSpec:
     controller: Model
     disturbance: Weight | None
     noise: Weight | None
+    gamma_backoff: float
     uncertainty: Uncertainty | None = None
     largest_order: int | None = None
     largest_disturbance: float | None = None
@@ -130,15 +133,26 @@ def parse_spec(text: str, source: str = "spec.toml", read: Reader | None = None)
 
     Raises SpecError, one line that begins with `source`.
     """
-    top = Table(source, with_model_files(toml.read(text, source), source, read), ("design", "block", "auto"))
+    return spec_of(read_spec(text, source, read), source)
+
+
+def read_spec(text: str, source: str = "spec.toml", read: Reader | None = None) -> dict[str, Any]:
+    """The text's tables, what it names in files put in its place. Raises SpecError."""
+    return with_spectrum_file(with_model_files(toml.read(text, source), source, read), source, read)
+
+
+def spec_of(raw: dict[str, Any], source: str) -> Spec:
+    """A spec from its tables. Raises SpecError."""
+    top = Table(source, raw, ("design", "block", "auto"))
     head = top.table("design", ("rate_hz", "delay_samples", "gamma_backoff", "largest_order"))
     slow, fast = RATES_HZ
     rate = head.number("rate_hz", lambda x: slow <= x <= fast, f"a positive number of Hz, from {slow:g} to {fast:g}")
     delay = head.whole("delay_samples", 1, LONGEST_DELAY)
-    backoff = head.number("gamma_backoff", lambda x: 1.0 < x <= 10.0, "a number above 1, at most 10", 1.01)
+    backoff = _backoff(head, 1.01)
     auto = parse_auto(top.open("auto"), rate) if "auto" in top else None
     order = _order(head, None)
-    blocks = tuple(_block(source, item, delay, order, weighted=auto is None) for item in top.tables("block"))
+    given = _Given(delay, order, backoff, weighted=auto is None)
+    blocks = tuple(_block(source, item, given) for item in top.tables("block"))
     if not blocks:
         raise SpecError(f"{source}: block: expected at least one [[block]]")
     _refuse_shared_axes(source, blocks)
@@ -156,6 +170,10 @@ def _refuse_shared_axes(source: str, blocks: tuple[BlockSpec, ...]) -> None:
             owner[axis] = block.name
 
 
+def _backoff(table: Table, default: float) -> float:
+    return table.number("gamma_backoff", lambda x: 1.0 < x <= 10.0, "a number above 1, at most 10", default)
+
+
 def _order(table: Table, default: int | None) -> int | None:
     """`largest_order`, the number of states that an observer may have; None for as many as it takes."""
     if "largest_order" not in table:
@@ -166,9 +184,19 @@ def _order(table: Table, default: int | None) -> int | None:
     return order
 
 
-def _block(source: str, item: object, delay: int, order: int | None, *, weighted: bool) -> BlockSpec:
+@dataclass(frozen=True, slots=True)
+class _Given:
+    """What [design] says for all blocks, and whether they must state weights."""
+
+    delay: int
+    order: int | None
+    backoff: float
+    weighted: bool
+
+
+def _block(source: str, item: object, given: _Given) -> BlockSpec:
     keys = (
-        *("name", "axes", "delay_samples", "largest_order", "largest_disturbance"),
+        *("name", "axes", "delay_samples", "gamma_backoff", "largest_order", "largest_disturbance"),
         *("plant", "controller", "weights", "uncertainty"),
     )
     table = Table(f"{source}: block", item, keys)
@@ -177,18 +205,19 @@ def _block(source: str, item: object, delay: int, order: int | None, *, weighted
     axes = table.texts("axes")
     if not axes or len(set(axes)) != len(axes) or not set(axes) <= set(AXES):
         raise SpecError(f"{table.where}: axes: expected different ones of {', '.join(AXES)}, got {shown(list(axes))}")
-    disturbance, noise = _weights(table, axes) if weighted or "weights" in table else (None, None)
+    disturbance, noise = _weights(table, axes) if given.weighted or "weights" in table else (None, None)
     return BlockSpec(
         where=table.where,
         name=name,
         axes=axes,
-        delay_samples=table.whole("delay_samples", delay, LONGEST_DELAY),
+        delay_samples=table.whole("delay_samples", given.delay, LONGEST_DELAY),
         plant=_model(table.open("plant"), axes),
         controller=_model(table.open("controller"), axes),
         disturbance=disturbance,
         noise=noise,
         uncertainty=parse_uncertainty(table.open("uncertainty"), axes) if "uncertainty" in table else None,
-        largest_order=_order(table, order),
+        largest_order=_order(table, given.order),
+        gamma_backoff=_backoff(table, given.backoff),
         largest_disturbance=_largest_disturbance(table),
     )
 

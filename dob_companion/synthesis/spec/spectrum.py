@@ -44,15 +44,15 @@ class LowPass:
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """Flat from low to high, with first-order edges (20 dB a decade)."""
+    """Flat from low to high, with second-order edges (40 dB a decade)."""
 
     low_hz: float
     high_hz: float
 
     def density(self, angles: Array, dt: float) -> Array:
-        """1 / ((1 + (low/f)^2) (1 + (f/high)^2))."""
+        """1 / ((1 + (low/f)^4) (1 + (f/high)^4))."""
         f = angles / (2.0 * np.pi * dt)
-        return np.asarray(1.0 / ((1.0 + (self.low_hz / f) ** 2) * (1.0 + (f / self.high_hz) ** 2)))
+        return np.asarray(1.0 / ((1.0 + (self.low_hz / f) ** 4) * (1.0 + (f / self.high_hz) ** 4)))
 
     @property
     def words(self) -> str:
@@ -69,6 +69,11 @@ class Dryden:
 
     wind_m_s: float
     length_m: float
+
+    @property
+    def corner_hz(self) -> float:
+        """V / (2 pi L)."""
+        return self.wind_m_s / (2.0 * np.pi * self.length_m)
 
     def density(self, angles: Array, dt: float) -> Array:
         """Of the gust's speed, hence of the moment."""

@@ -1,4 +1,18 @@
-"""The weights over their knobs, and the search among them (the why and how is in `tuning.py`)."""
+"""Weights searched, for coupled axes and stated uncertainty: a family of three numbers and a choice of lags.
+
+W_d is a first-order lag, used once or twice on every moment; W_n, on every rate, a first-order lead over white noise::
+
+    W_d = ((z + 0.9) / (z - a))^lags               a = exp(-2 pi disturbance_hz dt)
+    W_n = level (z - b) / z                        b = exp(-2 pi noise_hz dt)
+    level so that ||W_d G|| = |W_n| at crossing_hz, row by row: below it the observer believes in disturbance
+
+Only the ratio of the weights matters for the observer; both are scaled so that gamma is 1 and they can be read as the
+bounds that they become. A grid over (lags, disturbance_hz, crossing_hz, noise_hz), each point the central observer at
+the back-off of its own gamma* by the Riccati equation alone; then from the best point seen by linear models of
+attenuation and limits (COBYLA: M. J. D. Powell, "A direct search optimization method that models the objective and
+constraint functions by linear interpolation", 1994), once for every row of the trade-off. Deterministic, but local: a
+looser limit may give less.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,6 +30,7 @@ from dob_companion.synthesis.solve.riccati import central_filter
 from dob_companion.synthesis.solve.scaling import WhiteProblem, whitened
 from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.parse import Zpk
+from dob_companion.synthesis.tune.limits import Limits, Row
 from dob_companion.synthesis.tune.yardstick import Measured, Yardstick
 
 Array = NDArray[np.float64]
@@ -55,42 +70,6 @@ class Candidate:
     knobs: Knobs
     gamma: float
     measured: Measured
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """What a choice must keep."""
-
-    disk_margin: float
-    noise: float
-    slowest_s: float
-    delay_margin: float
-
-    def room(self, m: Measured) -> Array:
-        """Logarithmic distance (4,) to each limit, negative where it is broken."""
-        shares = (
-            m.disk_margin / self.disk_margin,
-            self.noise / m.noise,
-            self.slowest_s / m.slowest_s,
-            m.delay_margin / self.delay_margin if self.delay_margin else 1.0,
-        )
-        return np.asarray(np.log(np.maximum(shares, 1e-12)))
-
-    def excess(self, m: Measured) -> float:
-        """By how much the limits are broken; 0 when kept."""
-        return float(-np.sum(np.minimum(self.room(m), 0.0)))
-
-    def tightened(self, slack: float) -> "Limits":
-        """Limits that leave room for `slack`."""
-        return Limits(self.disk_margin * slack, self.noise / slack, self.slowest_s / slack, self.delay_margin * slack)
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One row of the trade-off: what was asked, and the best that was found for it."""
-
-    asked: Limits
-    found: Measured
 
 
 class Family:

@@ -26,15 +26,16 @@ from dob_companion.lti.gramian import gramian
 from dob_companion.lti.margins import MOST_DELAY_SAMPLES
 from dob_companion.lti.response import response, spectral_radius
 from dob_companion.synthesis.norms.structured import structured_bounds
+from dob_companion.synthesis.optimal.problem import Spectrum
 from dob_companion.synthesis.plant.models import stack
 from dob_companion.synthesis.spec.auto import AutoSpec
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-MARGIN_POINTS, BAND_POINTS, SPECTRUM_POINTS = 160, 60, 150
-"""Frequencies, logarithmic and as many again linear, at which margins are looked for; those in a band; and those over
-which a low-pass is integrated."""
+MARGIN_POINTS, SPECTRUM_POINTS = 160, 300
+"""Frequencies, logarithmic and as many again linear, at which margins are looked for, and those over which spectra are
+integrated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +48,7 @@ class Measured:
     slowest_s     time constant of the observer's slowest mode, s
     delay_margin  further samples of delay that the vehicle does not report and the loop survives; a certificate counts
                   whole ones
+    at_gains      attenuation where the plant's gain is other than modelled, at [auto]'s gains
     """
 
     attenuation: float
@@ -54,16 +56,7 @@ class Measured:
     noise: float
     slowest_s: float
     delay_margin: float
-
-
-def _spectrum(auto: AutoSpec, dt: float) -> tuple[Array, ComplexArray]:
-    """Angles (rad per sample) over which the attitude error is integrated, and the disturbance's shape (N, 1, 1)."""
-    if auto.corner_hz is None:
-        low, high = (2.0 * np.pi * hertz * dt for hertz in (auto.low_hz, auto.high_hz))
-        return np.geomspace(low, high, BAND_POINTS), np.ones((BAND_POINTS, 1, 1), complex)
-    corner = 2.0 * np.pi * auto.corner_hz * dt
-    angles = np.geomspace(corner / 100.0, np.pi, SPECTRUM_POINTS + 1)[:-1]  # at half the rate nothing is left
-    return angles, 1.0 / (np.exp(1j * angles) - np.exp(-corner))[:, None, None]
+    at_gains: tuple[float, ...] = ()
 
 
 class Yardstick:
@@ -74,7 +67,8 @@ class Yardstick:
         self.dt, self.noise_rms = float(plant.dt), auto.noise_rms
         self._delays, self._rates = np.array(delays), plant.D.shape[0]
         self._require_stable(plant, controller, auto.attitude_gain)
-        self._band, spectrum = _spectrum(auto, self.dt)
+        self._band = np.geomspace(2.0 * np.pi * auto.low_hz * self.dt / 30.0, np.pi, SPECTRUM_POINTS + 1)[:-1]
+        spectrum = Spectrum(auto.spectrum).amplitude(self._band, self.dt)[:, None, None]
         self._wide = np.unique(
             np.concatenate([np.geomspace(1e-3, np.pi, MARGIN_POINTS), np.linspace(0.01, np.pi, MARGIN_POINTS)])
         )
@@ -130,7 +124,7 @@ class Yardstick:
         return float(np.sqrt(np.max(np.diag(power))))
 
     def _rms(self, G: ComplexArray) -> float:
-        return float(np.sqrt(np.trapezoid(np.sum(np.abs(G) ** 2, axis=(1, 2)), self._band)))
+        return float(np.linalg.norm(G))
 
     def _largest(self, M: ComplexArray) -> float:
         """Largest structured singular value over frequency (of coupled axes its upper bound)."""
