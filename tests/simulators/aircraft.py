@@ -50,6 +50,8 @@ class Aircraft:
     layout: struct.Struct
     correction_at: int
     named: bytes = b""
+    script: bool = False
+    """Whether the moment is read beside the rate controller, now and then."""
 
     def program(self) -> Path | None:
         """Where the simulator is, if it is known."""
@@ -77,7 +79,7 @@ def _copter(program: Path, directory: Path, **more: float) -> contextlib.Abstrac
 
 
 AIRCRAFT = {
-    "ardupilot": Aircraft("ardupilot", "DOB_ARDUCOPTER", _copter, Ground, 140, struct.Struct("<Q8f"), 4),
+    "ardupilot": Aircraft("ardupilot", "DOB_ARDUCOPTER", _copter, Ground, 140, struct.Struct("<Q8f"), 4, script=True),
     "px4": Aircraft("px4", "DOB_PX4", sih, Px4Ground, 350, struct.Struct("<QH10x58f"), 5, b"DOB_ACT\0"),
 }
 
@@ -115,7 +117,7 @@ class Flight:
         program = self.aircraft.program()
         if program is None:
             raise SystemExit(f"no {self.aircraft.name}: {self.aircraft.variable} is to be the path of its simulator")
-        self._power.enter_context(self.aircraft.start(program, self.directory, **self.parameters))
+        self.simulator = self._power.enter_context(self.aircraft.start(program, self.directory, **self.parameters))
         self._turns += 1
         self.ground = self.aircraft.ground(self.directory / f"ground{self._turns}.tlog")
         self.ground.texts = self.texts

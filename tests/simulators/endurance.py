@@ -1,11 +1,11 @@
 """Minutes in hover in noise, off and then on, on a good wire or on one that goes wrong in every way we know:
 
-    DOB_ARDUCOPTER=… python -m tests.simulators.endurance ardupilot design.json -o DIR [--minutes 10] [--faults]
-    DOB_PX4=…        python -m tests.simulators.endurance px4 design.json -o DIR [--minutes 10] [--faults]
+    DOB_ARDUCOPTER=… python -m tests.simulators.endurance ardupilot design.json -o DIR [--axes roll …] [--faults]
+    DOB_PX4=…        python -m tests.simulators.endurance px4 design.json -o DIR [--axes roll …] [--faults]
 
-White noise through a 1 Hz low-pass about all three axes. With --faults the relay loses 1 % of all messages throughout,
-and a fault of the next kind begins whenever the correction is fully in. Prints tables for docs; DIR gets result.json.
-Linux only, in a network of its own.
+White noise through a 1 Hz low-pass about all three axes, or those that are named. With --faults the relay loses 1 % of
+all messages throughout, and a fault of the next kind begins whenever the correction is fully in. Prints tables for
+docs; DIR gets result.json. Linux only, in a network of its own.
 """
 
 import argparse
@@ -50,10 +50,10 @@ KINDS = {
 """Every kind of fault: how long it lasts in s, and what happens to what the autopilot and the companion say."""
 
 
-def noise() -> dict[int, np.ndarray]:
-    """Angular accelerations about roll, pitch and yaw, rad/s²; each begins elsewhere in its ten minutes."""
+def noise(axes: list[str]) -> dict[int, np.ndarray]:
+    """Angular accelerations about these axes, rad/s²; each begins elsewhere in its ten minutes."""
     found = {}
-    for axis, name in enumerate(AXES):
+    for axis, name in [(AXES.index(name), name) for name in axes]:
         whole = signal(PROGRAMS[f"noise-{name}"], 600.0)
         found[axis] = np.roll(whole, axis * len(whole) // 3)
     return found
@@ -96,12 +96,12 @@ class Flown:
     on_posix: float
 
 
-def fly(flight: Flight, minutes: float, faults: bool) -> Flown:
+def fly(flight: Flight, axes: list[str], minutes: float, *, faults: bool) -> Flown:
     """A minute off, then so many on."""
     found: dict[str, list[float | None]] = {}
     with flight.companion():
         flight.take_off()
-        flight.disturb(noise())
+        flight.disturb(noise(axes))
         time.sleep(5.0)
         attitudes = flight.ground.attitudes
         begun = len(attitudes)
@@ -145,10 +145,10 @@ def worst(rows: list) -> np.ndarray:
     return np.array([np.sqrt(np.mean(block**2, axis=0)) for block in each]).max(axis=0)
 
 
-def compare(off: list, on: list) -> list[dict]:
+def compare(off: list, on: list, axes: list[str]) -> list[dict]:
     """Attitudes with and without, by axis, deg."""
     found = []
-    for axis, name in enumerate(AXES):
+    for axis, name in [(AXES.index(name), name) for name in axes]:
         one, other = angles(off)[:, axis], angles(on)[:, axis]
         found.append(
             {
@@ -210,6 +210,7 @@ def main() -> None:
     parser.add_argument("design", type=Path)
     parser.add_argument("-o", type=Path, required=True, metavar="DIR")
     parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--axes", nargs="+", choices=AXES, default=list(AXES))
     parser.add_argument("--faults", action="store_true")
     arguments = parser.parse_args()
     if "DOB_FLIGHT_INSIDE" not in os.environ:
@@ -218,14 +219,15 @@ def main() -> None:
     aircraft, directory, design = AIRCRAFT[arguments.autopilot], arguments.o.resolve(), arguments.design.resolve()
     before = steal()
     with hover(aircraft, design, directory) as flight:
-        flown = fly(flight, arguments.minutes, arguments.faults)
+        flown = fly(flight, arguments.axes, arguments.minutes, faults=arguments.faults)
+    np.savez(directory / "attitudes.npz", off=flown.off, on=flown.on)
     stolen, whole = (after - earlier for after, earlier in zip(steal(), before, strict=True))
     verdict = judge(
         aircraft, loads(design.read_text()), limit_of(directory), directory / "wire.log",
         flown.marks["on"], flown.marks["end"],
     )  # fmt: skip
     result = {
-        "attitudes": compare(flown.off, flown.on),
+        "attitudes": compare(flown.off, flown.on, arguments.axes),
         "recoveries": flown.recoveries,
         "fades": fades(directory, flown.on_posix),
         "verdict": asdict(verdict),

@@ -6,27 +6,27 @@ import pytest
 from tests.simulators.judge import compared
 from tests.simulators.relay import corrupted, messages_in
 
-LIMIT, BOUND = 0.1, np.array([0.002, 0.002, 0.004])
+LIMIT = 0.1
 
 
 @pytest.fixture
 def flight():
     """Ten seconds of corrections as complete data give them: stamps, corrections, the complete-data ones."""
     stamps = 1.0 + 0.004 * np.arange(2500)
-    r = np.column_stack([0.03 * np.sin(3 * stamps), 0.02 * np.cos(2 * stamps), 0.05 * np.sin(stamps)])
+    r = np.column_stack([0.08 * np.sin(3 * stamps), 0.06 * np.cos(2 * stamps), 0.09 * np.sin(stamps)])
     rng = np.random.default_rng(1)
-    return stamps, r + 0.2 * BOUND * rng.standard_normal(r.shape), r
+    return stamps, r + 0.002 * rng.standard_normal(r.shape), r
 
 
 def verdict(stamps, c, r, without=()):
     arrived = {round(1e6 * stamp) for stamp in stamps} - {round(1e6 * stamp) for stamp in without}
-    return compared(stamps, c, r, arrived, LIMIT, BOUND)
+    return compared(stamps, c, r, arrived, LIMIT)
 
 
 def test_corrections_near_those_of_complete_data_are_right(flight):
     found = verdict(*flight)
     assert found.wrong == 0
-    assert found.rms == pytest.approx(0.2, rel=0.1)
+    assert found.rms == pytest.approx(0.02, rel=0.1)
 
 
 def test_zeros_and_fades_are_right(flight):
@@ -38,7 +38,7 @@ def test_zeros_and_fades_are_right(flight):
     assert verdict(stamps, faded, r).wrong == 0
 
 
-@pytest.mark.parametrize("spoil", [lambda c: -c, lambda c: c[:, [1, 0, 2]], lambda c: c + 7.0 * BOUND])
+@pytest.mark.parametrize("spoil", [lambda c: -c, lambda c: c[:, [1, 0, 2]], lambda c: c + 0.08])
 def test_other_corrections_are_found(flight, spoil):
     stamps, c, r = flight
     spoilt = c.copy()
@@ -67,7 +67,7 @@ def test_two_answers_to_a_sample_are_found(flight):
 def test_more_than_the_limit_is_found(flight):
     stamps, c, r = flight
     c = c.copy()
-    c[50, 1] = 0.11
+    c[50, 1] = 0.101
     assert verdict(stamps, c, r).beyond_limit == 1
 
 
