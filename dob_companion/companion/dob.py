@@ -14,7 +14,7 @@ from dob_companion.companion.samples import AHEAD, Arrival, Arrived, Inputs, Sam
 from dob_companion.companion.watch import Watch
 from dob_companion.mavlink import AppliedMoment, GyroSample
 from dob_companion.mavlink.facts import Axes3
-from dob_companion.observer import GyroModel, ObserverBank, missing_samples
+from dob_companion.observer import GyroModel, ObserverBank, StrongWind, missing_samples
 from dob_companion.supervisor import (
     Conditions,
     CorrectionShaper,
@@ -75,6 +75,7 @@ class DobLoop(LinkedLoop):
         settings, missing = parameters.settings, missing_samples(design)
         self._model = GyroModel(design, longest=AHEAD, revisable=revisable(missing))
         self._observer = ObserverBank(design, revisable=revisable(missing))
+        self._strong_wind = StrongWind(design, revisable=revisable(missing))
         super().__init__(
             design.dt,
             LinkGate(1.0 / design.dt, delay, p95 - delay),
@@ -157,7 +158,8 @@ class DobLoop(LinkedLoop):
         self._finished = None
         self.watch.echo.sent(answer.stamp_us, answer.correction)
         for inputs in finished:
-            self.watch.finished(inputs, self._model.advance(*inputs))
+            self._model.advance(*inputs)
+            self.watch.finished(inputs, self._strong_wind.advance(*inputs))
         self.gate.rate.add(answer.stamp_us)
         self._samples += 1
         if self._samples % JUDGE_EVERY == 0:
@@ -176,6 +178,7 @@ class DobLoop(LinkedLoop):
             for revision in revisions:
                 self._observer.revise(*revision)
                 self._model.revise(*revision)
+                self._strong_wind.revise(*revision)
             if inputs := self.samples.foreseen():
                 self._observer.foresee(*inputs)
             self._aged(applied)
@@ -293,6 +296,7 @@ class DobLoop(LinkedLoop):
     def _start_anew(self, why: str) -> None:
         self._observer.reset()
         self._model.reset()
+        self._strong_wind.reset()
         self.watch.start_anew()
         self._settled, self._data_why = 0, why
 

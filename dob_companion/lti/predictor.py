@@ -41,8 +41,9 @@ class Predictor:
     P: Array
 
     @classmethod
-    def of(cls, problem: Weighted) -> "Predictor":
-        """The predictor of a design's problem. Raises NotConvergedError when its Riccati equation has no rest."""
+    def of(cls, problem: Weighted, noise_scale: float = 1.0) -> "Predictor":
+        """The predictor of a design's problem, its noise weight times `noise_scale`: the smaller that is, the stronger
+        the disturbance that it reckons with. Raises NotConvergedError when its Riccati equation has no rest."""
         plant, w_d, w_n = problem.plant, problem.disturbance_weight, problem.noise_weight
         n, d, v, k = len(plant.A), len(w_d.A), len(w_n.A), w_d.D.shape[1]
         A = np.zeros((n + d + v, n + d + v))
@@ -50,10 +51,18 @@ class Predictor:
         A[n : n + d, n : n + d], A[n + d :, n + d :] = w_d.A, w_n.A
         B_w = np.zeros((n + d + v, k + w_n.D.shape[1]))
         B_w[:n, :k], B_w[n : n + d, :k], B_w[n + d :, k:] = plant.B @ w_d.D, w_d.B, w_n.B
-        C, D_w = np.hstack([plant.C, plant.D @ w_d.C, w_n.C]), np.hstack([plant.D @ w_d.D, w_n.D])
+        C = np.hstack([plant.C, plant.D @ w_d.C, noise_scale * w_n.C])
+        D_w = np.hstack([plant.D @ w_d.D, noise_scale * w_n.D])
         B: Any = np.vstack([plant.B, np.zeros((d + v, plant.B.shape[1]))])
         K, P = predictor(A, C, B_w, D_w)
         return cls(A, B, B_w, C, np.asarray(plant.D), D_w, K, P)
+
+    def shaping(self, angle: float) -> Array:
+        """From innovation to rates, I + C (zI - A)^-1 K at z = e^(j angle): gain (p,) of each rate's own, angle in rad
+        per sample."""
+        z = np.exp(1j * angle)
+        own = np.eye(len(self.C)) + self.C @ np.linalg.solve(z * np.eye(len(self.A)) - self.A, self.K)
+        return np.abs(np.diag(own))
 
     def bridging(self, longest: int) -> list[Array]:
         """How much of the surprise at the sample after a silence belongs to each one before it, for each length.

@@ -3,5 +3,6 @@
 from dob_companion.observer.bank import ObserverBank
 from dob_companion.observer.missing import Missing, missing_samples
 from dob_companion.observer.model import GyroModel
+from dob_companion.observer.strong_wind import StrongWind
 
-__all__ = ["GyroModel", "Missing", "ObserverBank", "missing_samples"]
+__all__ = ["GyroModel", "Missing", "ObserverBank", "StrongWind", "missing_samples"]

@@ -14,7 +14,7 @@ Vector = NDArray[np.float64]
 Axes3 = tuple[float, float, float]
 
 
-_predictor = lru_cache(maxsize=16)(Predictor.of)
+predictor_of = lru_cache(maxsize=16)(Predictor.of)
 """Of frozen matrices: found once for a design, however often a flight begins with it."""
 
 
@@ -26,9 +26,10 @@ class GyroModel:
 
     __slots__ = ("_A", "_B", "_C", "_D", "_K", "_bridges", "_late", "_line", "_x")
 
-    def __init__(self, design: DobDesign, *, longest: int, revisable: int = 0) -> None:
-        """`longest`: samples in a row that may be put in; `revisable`: so many steps may be revised."""
-        predictors = [(_predictor(block.problem), block) for block in design.blocks]
+    def __init__(self, design: DobDesign, *, longest: int, revisable: int = 0, noise_scale: float = 1.0) -> None:
+        """`longest`: samples in a row that may be put in; `revisable`: so many steps may be revised; `noise_scale`: of
+        the design's noise weights (`lti.predictor`)."""
+        predictors = [(predictor_of(block.problem, noise_scale), block) for block in design.blocks]
         order = sum(len(predictor.A) for predictor, _ in predictors)
         self._A, self._B, self._K = np.zeros((order, order)), np.zeros((order, 3)), np.zeros((order, 3))
         self._C, self._D = np.zeros((3, order)), np.zeros((3, 3))

@@ -72,8 +72,8 @@ class HalfWaves:
         self._began: float | None = None
         self._at = 0
         self._peak = 0.0
-        self._peaks: deque[float] = deque(maxlen=_MOST - 1)
-        self._durations: deque[float] = deque(maxlen=_MOST - 1)
+        self._peaks: deque[float] = deque(maxlen=_MOST)
+        self._durations: deque[float] = deque(maxlen=_MOST)
         self._moments: deque[tuple[float, float]] = deque(maxlen=round(2.0 * self._longest))
 
     def add(self, value: float, moment: float, correction: float) -> bool:
@@ -101,6 +101,8 @@ class HalfWaves:
             return False
         durations, peaks = list(self._durations)[-complete:], [*list(self._peaks)[-complete:], self._peak]
         least, greatest = pattern.factor
+        if len(self._peaks) > complete and peaks[0] > greatest * self._peaks[-complete - 1]:
+            return False  # nothing that rings comes out of nothing: this is a blow and what it leaves
         return (
             self._shortest <= min(durations)
             and max(durations) <= min(self._longest, pattern.alike * min(durations))

@@ -1,8 +1,8 @@
 """Is the plant still the one designed for? A loop around another plant rings, and so does the innovation.
 
-The design's own model (`observer.GyroModel`, a steady-state Kalman predictor) foresees each gyro sample from the
-applied moment. With the right plant the innovation is nearly white, at whatever strength of wind; what a loop does that
-nears instability because the plant is another one was not foreseen.
+The design's own model (`observer.StrongWind`, a steady-state Kalman predictor) foresees each gyro sample from the
+applied moment. With the right plant the innovation is nearly white, also in strong wind; what a loop does that nears
+instability because the plant is another one was not foreseen.
 
 It is looked at twice. Half-waves (`half_waves`) find an oscillation while it grows, within two periods. The
 autocorrelation of the last second finds one that has come to stay, however it came.

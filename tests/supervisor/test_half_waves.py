@@ -86,3 +86,11 @@ def test_after_a_gap_the_count_begins_anew():
         if k == found - 3:
             waves.clear()
         assert not waves.add(value, value, value)
+
+
+def test_a_blow_out_of_calm_air_and_what_it_leaves_is_none_and_a_loop_that_rings_from_noise_is():
+    """Half-waves of an own plant struck by wind in calm air: alike, growing, and out of nothing."""
+    times, peaks = np.arange(9) * DT, (0.12, -0.16, 0.22, -0.26)
+    blow = np.concatenate([np.zeros(250), *(peak * np.sin(np.pi * times / times[-1]) for peak in peaks)])
+    assert recognized(blow) is None
+    assert recognized(growing(12.0, 1.8)) is not None
