@@ -80,7 +80,7 @@ def _copter(program: Path, directory: Path, **more: float) -> contextlib.Abstrac
 
 AIRCRAFT = {
     "ardupilot": Aircraft("ardupilot", "DOB_ARDUCOPTER", _copter, Ground, 140, struct.Struct("<Q8f"), 4, script=True),
-    "px4": Aircraft("px4", "DOB_PX4", sih, Px4Ground, 350, struct.Struct("<QH10x58f"), 5, b"DOB_ACT\0"),
+    "px4": Aircraft("px4", "DOB_PX4", sih, Px4Ground, 350, struct.Struct("<Q12x58f"), 4, b"DOB_ACT\0"),
 }
 
 

@@ -30,7 +30,7 @@ from tests.simulators.aircraft import AIRCRAFT, Flight, hover
 from tests.simulators.judge import judge
 from tests.simulators.relay import CUT, Faults
 
-OFF_S, BLOCK_S, PATIENCE_S = 60.0, 10.0, 20.0
+OFF_S, BLOCK_S, PATIENCE_S = 30.0, 10.0, 20.0
 LOSS = Faults(lost=0.01)
 KINDS = {
     "1 % loss alone": (1.0, LOSS, LOSS),
