@@ -38,17 +38,17 @@ def run(args: argparse.Namespace) -> int:
     from tempfile import TemporaryDirectory
 
     from dob_companion.artifact import loads
-    from dob_companion.cli.identifying import log_of
+    from dob_companion.cli.identifying import logs_of
     from dob_companion.files import read_text
 
     design = loads(read_text(args.design), str(args.design))
     args.axis = [axis for block in design.blocks for axis in block.axes]
     with ExitStack() as leaving:
         folder = args.out or Path(leaving.enter_context(TemporaryDirectory(prefix="dob-check-")))
-        code, log = log_of(args, folder)
+        code, logs = logs_of(args, folder)
         if code:
             return code
-        axes = _compared(log, design)
+        axes = _compared(logs, design)
     holds = all(axis["holds"] is True for axis in axes.values())
     if args.json:
         print(json.dumps({"axes": axes, "holds": holds}))
@@ -57,14 +57,14 @@ def run(args: argparse.Namespace) -> int:
     return 0 if holds else EXIT_NOT_HELD
 
 
-def _compared(log: Path, design: "DobDesign") -> dict[str, dict[str, Any]]:
+def _compared(logs: list[Path], design: "DobDesign") -> dict[str, dict[str, Any]]:
     from dob_companion.cli.identifying import longest
     from dob_companion.identification.agreement import agreement, tolerance, verdict
     from dob_companion.identification.identify import identify
     from dob_companion.logs import read_log
 
     wanted = tuple(axis for block in design.blocks for axis in block.axes)
-    found = identify(longest(read_log(log)), axes=wanted, rate_hz=1.0 / design.dt)
+    found = identify([longest(read_log(log)) for log in logs], axes=wanted, rate_hz=1.0 / design.dt)
     axes: dict[str, dict[str, Any]] = {}
     for block in design.blocks:
         for axis in block.axes:

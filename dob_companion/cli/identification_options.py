@@ -26,13 +26,14 @@ class Options:
 def add_source(parser: argparse.ArgumentParser, *, seconds: float = EXCITED_S) -> None:
     """A log, or an aircraft that is excited first, `seconds` an axis unless told otherwise."""
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument("--log", type=Path, metavar="FILE", help="of PX4, ArduPilot, a ground station, or a table")
+    what = "of PX4, ArduPilot, a ground station, or a table; again for another flight of the same aircraft, newest last"
+    source.add_argument("--log", type=Path, action="append", metavar="FILE", help=what)
     source.add_argument("--link", metavar="URL", help="excite the aircraft on this link first (dob-companion excite)")
     add_excitation(parser.add_argument_group("excitation, with --link"), seconds=seconds)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What `of_log` may be told."""
+    """What `of_logs` may be told."""
     parser.add_argument("--axis", action="append", choices=AXES, help="this axis alone; may be repeated (all)")
     parser.add_argument("--params", type=Path, metavar="FILE", help="parameter file, in place of those in the log")
     parser.add_argument("--controller", type=Path, metavar="SPEC.toml", help="take the rate controllers from this spec")

@@ -29,14 +29,14 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Identify, write, print. Exit code 1 when no axis is usable."""
-    from dob_companion.cli.identifying import log_of, of_log, table
+    from dob_companion.cli.identifying import logs_of, of_logs, table
     from dob_companion.files import require_place
 
     require_place(args.out)
-    code, log = log_of(args, args.out)
+    code, logs = logs_of(args, args.out)
     if code:
         return code
-    outcome = of_log(log, options_of(args))
+    outcome = of_logs(logs, options_of(args))
     written = outcome.write(args.out)
     if args.json:
         print(json.dumps(outcome.to_object()))

@@ -59,25 +59,31 @@ class Outcome:
         return [folder / name for name in sorted((PAGE, *files))]
 
 
-def log_of(args: argparse.Namespace, folder: Path) -> tuple[int, Path]:
-    """The log that was given, or that of exciting the aircraft on a link; with the exit code of that."""
+def logs_of(args: argparse.Namespace, folder: Path) -> tuple[int, list[Path]]:
+    """The logs that were given, or that of exciting the aircraft on a link; with the exit code of that."""
     if args.log is not None:
         return 0, args.log
     place = folder / "excitation"
-    return excite(args, place, as_json=False), place / TLOG
+    return excite(args, place, as_json=False), [place / TLOG]
 
 
-def of_log(path: Path, options: Options) -> Outcome:
-    """Read, identify, write the spec's text. Raises InputError for a log or an option that is no good."""
-    excited = beside(path)
-    record = _chosen(read_log(path), excited, options)
-    found = identify(record, axes=options.axes, rate_hz=options.rate_hz)
-    surroundings = around(record, found)
+def of_logs(paths: Sequence[Path], options: Options) -> Outcome:
+    """Read, identify, write the spec's text. Several are flights of one aircraft, the newest last: its parameters hold.
+
+    Raises InputError for a log or an option that is no good.
+    """
+    if len({path.resolve() for path in paths}) < len(paths):
+        raise InputError(f"--log {paths[-1]}: given twice, expected different flights")
+    excited = [beside(path) for path in paths]
+    records = [_chosen(read_log(path), said, options) for path, said in zip(paths, excited, strict=True)]
+    found = identify(records, axes=options.axes, rate_hz=options.rate_hz)
+    surroundings = around(records, found)
     if not found.usable:
         return Outcome(found=found, surroundings=surroundings, spec=None, why="no axis is usable")
     try:
-        controllers = _controllers(record, found.usable, options)
-        late = link_delay(options.delay, excited.delay if excited else None, controllers)
+        controllers = _controllers(records[-1], found.usable, options)
+        delays = [said.delay for said in excited if said is not None and said.delay is not None]
+        late = link_delay(options.delay, max(delays, key=lambda each: each.value, default=None), controllers)
         text = spec_text(found, controllers, surroundings, late, options.rate_hz)
     except InputError as problem:
         return Outcome(found=found, surroundings=surroundings, spec=None, why=str(problem))

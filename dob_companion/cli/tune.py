@@ -31,21 +31,22 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Excite, identify, design, rehearse. Exit code 1 at the first doubt, which is said."""
     from dob_companion.cli.design import certificate_text, design_into
-    from dob_companion.cli.identifying import SPEC, log_of, of_log, table
+    from dob_companion.cli.identifying import SPEC, logs_of, of_logs, table
     from dob_companion.cli.rehearse import rehearse_into
     from dob_companion.errors import FlightFailedError, RefusedError
     from dob_companion.files import require_place
 
     require_place(args.out)
-    code, log = log_of(args, args.out)
+    code, logs = logs_of(args, args.out)
     if code:
         return code
-    _step("identify", str(log))
-    outcome = of_log(log, options_of(args))
+    said = ", ".join(map(str, logs))
+    _step("identify", said)
+    outcome = of_logs(logs, options_of(args))
     outcome.write(args.out)
     _show(args, table(outcome))
     if outcome.spec is None:
-        raise RefusedError(f"{log}: {outcome.why}; {args.out / 'identification.html'} says what to fly next")
+        raise RefusedError(f"{said}: {outcome.why}; {args.out / 'identification.html'} says what to fly next")
     _step("design", str(args.out / SPEC))
     design, tunings = design_into(args.out, args.out / SPEC, auto=True)
     _show(args, certificate_text(design, tunings))

@@ -12,13 +12,22 @@ from scipy.optimize import least_squares
 from scipy.stats import t as students_t
 
 from dob_companion.artifact import DobBlock
-from dob_companion.identification.result import Interval, Response
+from dob_companion.identification.result import Complexes, Interval, Response
 from dob_companion.lti.response import response as response_of
 
 Floats = NDArray[np.float64]
 
 LEAST_FREQUENCIES = 6
 """Below this many a response shows no gain and delay with their intervals."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shift:
+    """A gain and a delay at 95 %, and what they leave, as in `Agreement`."""
+
+    gain: Interval
+    delay_s: Interval
+    misfit: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,8 +64,15 @@ def agreement(axis: str, measured: Response, block: DobBlock, dt: float) -> Agre
     model = model * np.exp(0.5j * measured.frequency * (dt - 1.0 / measured.rate_hz))
     ratio, deviation = measured.value / model, measured.deviation / np.abs(model)
 
+    found = shift(measured.frequency, ratio, deviation)
+    return Agreement(axis=axis, gain=found.gain, delay_s=found.delay_s, misfit=found.misfit)
+
+
+def shift(frequency: Floats, ratio: Complexes, deviation: Floats) -> Shift:
+    """By which a response is off one that it is divided by; all of shape (n,), frequency in rad/s."""
+
     def error(p: Floats) -> Floats:
-        apart = (ratio - p[0] * np.exp(-1j * measured.frequency * p[1] * 1e-3)) / deviation
+        apart = (ratio - p[0] * np.exp(-1j * frequency * p[1] * 1e-3)) / deviation
         return np.concatenate([apart.real, apart.imag])
 
     start = [float(np.median(np.abs(ratio))), 0.0]
@@ -67,10 +83,9 @@ def agreement(axis: str, measured: Response, block: DobBlock, dt: float) -> Agre
     covariance = 0.5 * spread * np.linalg.inv(slopes.T @ slopes)
     reach = float(students_t.ppf(0.975, free)) * np.sqrt(np.diag(covariance))
     gain, late = fitted.x
-    left = np.abs(ratio / (gain * np.exp(-1j * measured.frequency * late * 1e-3)) - 1.0)
+    left = np.abs(ratio / (gain * np.exp(-1j * frequency * late * 1e-3)) - 1.0)
     weight = deviation**-2
-    return Agreement(
-        axis=axis,
+    return Shift(
         gain=Interval(float(gain), float(gain - reach[0]), float(gain + reach[0])),
         delay_s=Interval(*(1e-3 * float(x) for x in (late, late - reach[1], late + reach[1]))),
         misfit=float(np.sqrt(np.sum(weight * left**2) / np.sum(weight))),

@@ -37,8 +37,9 @@ class Peaks:
     averages: Floats
 
 
-def bound(chosen: Fit, richest: Fit, spread: Spread, averages: Floats, between: float, peaks: Peaks) -> Bound:
-    """Of the chosen model. `between`: relative standard deviation of the gain from segment to segment."""
+def bound(chosen: Fit, richest: Fit, spread: Spread, averages: Floats, between: Floats, peaks: Peaks) -> Bound:
+    """Of the chosen model. `between`: relative standard deviation of the response from segment to segment or record to
+    record, shape of the data's frequency."""
     data = chosen.data
     hertz = data.frequency / (2.0 * np.pi)
     known = _measured(chosen, averages, max(1.0, richest.chi2)) + 2.0 * between

@@ -89,13 +89,13 @@ def grid_rate(gyro: Timing, moment: Timing, rate_hz: float) -> float:
     return float(np.round(own, 1)) if own > FASTER * rate_hz else rate_hz
 
 
-def gridded(record: Record, rate_hz: float) -> Grid:
-    """The record at `rate_hz`, or at its own rate where that is clearly higher.
+def gridded(record: Record, rate_hz: float, *, exactly: bool = False) -> Grid:
+    """The record at `rate_hz`, or at its own rate where that is clearly higher, unless `exactly`.
 
     Rates and moment must have three times or more, and overlap by more than a few steps (see `overlap`).
     """
     gyro, moment = timing(record.rates), timing(record.moment)
-    dt = 1.0 / grid_rate(gyro, moment, rate_hz)
+    dt = 1.0 / (rate_hz if exactly else grid_rate(gyro, moment, rate_hz))
     begin, end = overlap(record)
     # On the gyro's own stamps where these are regular.
     begin = float(record.rates.time[np.searchsorted(record.rates.time, begin)])

@@ -4,14 +4,14 @@ For each axis: the best instrument that is strong enough, the response by it, ch
 its intervals and its bound. In two passes: the first model is the reference of the second estimate (see `spectra`).
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from dob_companion.artifact import AXES
-from dob_companion.autopilots.transfer import Transfer
 from dob_companion.identification import checks, verdict
+from dob_companion.identification.agreement import shift
 from dob_companion.identification.bound import Peaks, bound
 from dob_companion.identification.fit import (
     DELAY,
@@ -27,33 +27,37 @@ from dob_companion.identification.fit import (
     fit_structures,
     spread,
 )
-from dob_companion.identification.grid import Flags, Grid, gridded
-from dob_companion.identification.held import held_filter, held_response
-from dob_companion.identification.known import Known, known
+from dob_companion.identification.flights import (
+    Between,
+    Flights,
+    compared,
+    contradiction,
+    joined,
+    known_together,
+    parts,
+)
+from dob_companion.identification.grid import Flags
+from dob_companion.identification.held import held_response
+from dob_companion.identification.known import Known
 from dob_companion.identification.record import Record
 from dob_companion.identification.result import (
     AxisModel,
     AxisResult,
     Bound,
-    Complexes,
     Floats,
     Identification,
     Interval,
     Mode,
     Response,
 )
-from dob_companion.identification.segments import USED, Instrument, excited, instruments, segments, states, stretches
+from dob_companion.identification.segments import USED, Instrument, excited, instruments, segments, stretches
 from dob_companion.identification.spectra import (
     FINE,
-    SMOOTH,
     Estimate,
-    Layout,
-    Level,
-    Resolution,
     Spans,
     estimate,
-    layouts,
 )
+from dob_companion.identification.views import Seen, Stretches, Views, reference_of
 
 FIRST_REFERENCE = np.array([0.03, 0.03, 0.01, 0.0])
 """Slow pole, lag, delay and lead that the first pass takes for near enough."""
@@ -67,112 +71,88 @@ DIFFERENT = 2.6
 """χ² per degree of freedom from which these gains differ by more than noise: 95 % of three."""
 
 
-def identify(record: Record, *, axes: Sequence[str] = AXES, rate_hz: float = 250.0, modes: int = 0) -> Identification:
+def identify(
+    flown: Record | Sequence[Record], *, axes: Sequence[str] = AXES, rate_hz: float = 250.0, modes: int = 0
+) -> Identification:
     """All of `axes`, for a design at `rate_hz`; `modes`: flexible modes to look for on each axis.
 
-    Never raises for what a record holds: an axis of which nothing can be said has the reason in `why`.
+    Several records are flights of one aircraft, the newest last: their spectra are averaged, and its parameters hold.
+    Never raises for what they hold: an axis of which nothing can be said has the reason in `why`.
     """
+    records = (flown,) if isinstance(flown, Record) else tuple(flown)
+    remarks = [line for record in records for line in _of(records, record, record.remarks)]
     whole = Identification(
         axes={},
         rate_hz=rate_hz,
-        source=record.source,
+        source=", ".join(record.source for record in records),
         segments=(),
-        remarks=record.remarks,
-        parameters=record.parameters,
+        remarks=tuple(remarks),
+        parameters=records[-1].parameters,
     )
-    why = verdict.unfit(record, rate_hz)
-    if why:
+    if why := _first(records, lambda record: verdict.unfit(record, rate_hz)) or contradiction(records):
         return replace(whole, axes=_refused(axes, why))
-    grid = gridded(record, rate_hz)
-    state = states(record, grid)
-    remarks = [*record.remarks, grid.gyro_timing.said("gyro"), grid.moment_timing.said("moment")]
+    flights = joined(records, rate_hz)
+    grid, state = flights.grid, flights.state
+    for record, part, begin in zip(records, flights.grids, flights.begins_s, strict=True):
+        said = [part.gyro_timing.said("gyro"), part.moment_timing.said("moment")]
+        if len(records) > 1:
+            said.append(f"from {begin:.1f} s on below")
+        if record.armed is None:
+            said.append("the record does not tell whether it is armed: taken as armed")
+        if record.flying is None and record.thrust is None:
+            said.append("the record does not tell whether it flies: taken as flying")
+        remarks += _of(records, record, said)
     if grid.rate_hz != rate_hz:
         remarks.append(f"identified at the record's own {grid.rate_hz:g} Hz")
-    if record.armed is None:
-        remarks.append("the record does not tell whether it is armed: taken as armed")
-    if record.flying is None and record.thrust is None:
-        remarks.append("the record does not tell whether it flies: taken as flying")
-    why = verdict.not_flown(state, grid)
+    first = (0, *flights.ends)
+    states_of = {id(record): state[first[k] : first[k + 1]] for k, record in enumerate(records)}
+    why = _first(records, lambda record: verdict.not_flown(states_of[id(record)], grid))
     if why:
         found = segments(grid, state, {})
-        return replace(whole, axes=_refused(axes, why), segments=found, remarks=tuple(remarks))
-    results, used, views = {}, {}, _Views(grid)
+        return replace(whole, axes=_refused(axes, why), segments=found, remarks=tuple(dict.fromkeys(remarks)))
+    results: dict[str, AxisResult] = {}
+    used: dict[str, Stretches] = {}
+    views = Views(grid)
+    sources = [record.source for record in records]
     for axis in axes:
-        said = known(record, axis)
-        remarks += [f"{axis}: {line}" for line in said.remarks]
-        results[axis], used[axis] = _Axis(views, grid, state == USED, axis, said, modes).result()
+        said_of, why = known_together(records, axis)
+        remarks += [f"{axis}: {line}" for line in said_of.remarks]
+        if why:
+            results[axis], used[axis] = AxisResult(axis=axis, usable=False, why=why), ()
+            continue
+        one = _Axis(views, flights, sources, state == USED, axis, said_of, modes)
+        results[axis], used[axis] = one.result()
     return replace(whole, axes=results, segments=segments(grid, state, used), remarks=tuple(dict.fromkeys(remarks)))
+
+
+def _of(records: Sequence[Record], record: Record, lines: Iterable[str]) -> list[str]:
+    """What is said of one of several records names it."""
+    return [line if len(records) == 1 else f"{record.source}: {line}" for line in lines]
+
+
+def _first(records: Sequence[Record], doubt: Callable[[Record], str]) -> str:
+    """The first doubt about any of them."""
+    return next((said for record in records for said in _of(records, record, filter(None, [doubt(record)]))), "")
 
 
 def _refused(axes: Sequence[str], why: str) -> dict[str, AxisResult]:
     return {axis: AxisResult(axis=axis, usable=False, why=why) for axis in axes}
 
 
-Stretches = tuple[tuple[int, int], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Seen:
-    """What an instrument shows of an axis, by a reference."""
-
-    instrument: Instrument
-    spans: Stretches
-    levels: list[Level]
-    edges: Floats
-    estimate: Estimate
-    reference: Floats
-
-
-class _Views:
-    """Spectra of a grid, each counted once: axes that were excited together share them."""
-
-    def __init__(self, grid: Grid) -> None:
-        self._grid = grid
-        self._kept: dict[tuple[object, ...], tuple[list[Layout], Floats, list[Complexes]]] = {}
-
-    def levels(
-        self,
-        instrument: Instrument,
-        spans: Stretches,
-        reference: Floats,
-        known_part: Transfer,
-        resolution: Resolution = SMOOTH,
-    ) -> tuple[list[Level], Floats]:
-        """All windows in the spans, and the edges of the bands."""
-        grid = self._grid
-        all_layouts, edges, Y = self._of("y", spans, resolution, lambda a, b: np.diff(grid.rates[a:b], axis=0))
-        U = self._of("u", spans, resolution, lambda a, b: grid.moment[a : b - 1])[2]
-        R = self._of(instrument.name, spans, resolution, lambda a, b: instrument.values[a : b - 1])[2]
-        whole, late = _reference(reference, known_part), float(reference[DELAY])
-
-        def answer(a: int, b: int) -> Floats:
-            return np.diff(held_filter(whole.num, whole.den, late, grid.dt, grid.moment[a:b]), axis=0)
-
-        V = self._of((*whole.num, *whole.den, late), spans, resolution, answer)[2]
-        return [Level(one, one.middle, *each) for one, *each in zip(all_layouts, Y, V, U, R, strict=True)], edges
-
-    def _of(
-        self, name: object, spans: Stretches, resolution: Resolution, signal: Callable[[int, int], Floats]
-    ) -> tuple[list[Layout], Floats, list[Complexes]]:
-        key = (name, spans, resolution)
-        if key not in self._kept:
-            all_layouts, edges = layouts([b - a - 1 for a, b in spans], self._grid.dt, resolution)
-            signals = [signal(a, b) for a, b in spans]
-            self._kept[key] = all_layouts, edges, [one.spectra(signals) for one in all_layouts]
-        return self._kept[key]
-
-
 class _Axis:
     """One axis of a grid."""
 
-    def __init__(self, views: _Views, grid: Grid, usable: Flags, axis: str, said: Known, modes: int) -> None:
-        self._views, self._grid, self._usable, self._modes = views, grid, usable, modes
+    def __init__(
+        self, views: Views, flights: Flights, sources: list[str], usable: Flags, axis: str, said: Known, modes: int
+    ) -> None:
+        self._views, self._grid, self._usable, self._modes = views, flights.grid, usable, modes
+        self._ends, self._sources = flights.ends, sources
         self._name, self._known = axis, said
         self._axis = AXES.index(axis)
 
     def result(self) -> tuple[AxisResult, Stretches]:
         """The axis' result, and the stretches that it rests on."""
-        best: _Seen | None = None
+        best: Seen | None = None
         doubts = []
         for instrument in instruments(self._grid):
             dt = self._grid.dt
@@ -192,17 +172,17 @@ class _Axis:
             return AxisResult(axis=self._name, usable=False, why=why, response=response), ()
         return self._judged(best), best.spans
 
-    def _best_doubt(self, doubts: list[tuple[str, _Seen]]) -> tuple[str, _Seen | None]:
+    def _best_doubt(self, doubts: list[tuple[str, Seen]]) -> tuple[str, Seen | None]:
         """Of all instruments, the doubt of that which showed most."""
         if not doubts:
             return f"no excitation: {verdict.DOUBLETS}", None
         return max(doubts, key=lambda each: len(each[1].estimate.frequency))
 
-    def _seen(self, instrument: Instrument, spans: Stretches, reference: Floats) -> _Seen:
+    def _seen(self, instrument: Instrument, spans: Stretches, reference: Floats) -> Seen:
         found, edges = self._views.levels(instrument, spans, reference, self._known.in_record)
-        return _Seen(instrument, spans, found, edges, estimate(found, edges, self._axis), reference)
+        return Seen(instrument, spans, found, edges, estimate(found, edges, self._axis), reference)
 
-    def _doubt(self, seen: _Seen) -> str:
+    def _doubt(self, seen: Seen) -> str:
         """Why this instrument shows nothing of the aircraft; "" where it does."""
         if other := checks.other_axis(seen.levels, self._axis):
             return f"axes swapped: {other}"
@@ -216,7 +196,7 @@ class _Axis:
             return f"the {seen.instrument.name} follows the aircraft and does not move it: {verdict.DOUBLETS}"
         return ""
 
-    def _judged(self, first: _Seen) -> AxisResult:
+    def _judged(self, first: Seen) -> AxisResult:
         data = self._data(first.estimate, first.reference)
         start = fit(data, (POLE, LAG, DELAY), best_start(data))
         reference = start.parameters.copy()
@@ -233,11 +213,15 @@ class _Axis:
         chosen, richest, reason = fit_structures(data, self._modes, start.parameters)
         width = spread(richest)
         between, gains = self._between(seen, chosen)
+        apart = self._apart(seen, chosen)
         peaks = Peaks(self._data(fine, reference), fine.averages)
-        limit = bound(chosen, richest, width, resolved.averages, between, peaks)
-        model = self._model(seen, chosen, width, limit, between, reason)
+        between = max(between, apart.gain)
+        off = np.hypot(between, resolved.frequency * apart.delay_s)
+        limit = bound(chosen, richest, width, resolved.averages, off, peaks)
+        model = self._model(seen, chosen, width, limit, (between, apart.delay_s), reason)
         why = (
-            verdict.not_one_aircraft(model, between, gains)
+            apart.why
+            or verdict.not_one_aircraft(model, between, gains)
             or verdict.not_covered(response, self._crossover(chosen))
             or verdict.not_known(model)
             or self._known.doubt
@@ -261,10 +245,10 @@ class _Axis:
         )
 
     def _at(self, reference: Floats, frequency: Floats) -> np.ndarray:
-        whole = _reference(reference, self._known.in_record)
+        whole = reference_of(reference, self._known.in_record)
         return held_response(whole.num, whole.den, float(reference[DELAY]), self._grid.dt, frequency)
 
-    def _response(self, seen: _Seen) -> Response:
+    def _response(self, seen: Seen) -> Response:
         found = seen.estimate
         factor = self._at(seen.reference, found.frequency)
         inverse = None
@@ -287,11 +271,11 @@ class _Axis:
             inverse_controller=inverse,
         )
 
-    def _part(self, seen: _Seen, spans: Spans) -> Data | None:
+    def _part(self, seen: Seen, spans: Spans) -> Data | None:
         part = estimate(seen.levels, seen.edges, self._axis, spans)
         return self._data(part, seen.reference) if len(part.frequency) >= verdict.BANDS else None
 
-    def _between(self, seen: _Seen, chosen: Fit) -> tuple[float, Floats]:
+    def _between(self, seen: Seen, chosen: Fit) -> tuple[float, Floats]:
         """Relative standard deviation of the gain between parts in time beyond noise, and these gains."""
         total = sum(b - a - 1 for a, b in seen.spans)
         ends = np.linspace(0.0, total, SEGMENTS + 1)
@@ -315,7 +299,18 @@ class _Axis:
         excess = float(np.var(gains, ddof=1)) - float(np.mean(variances))
         return float(np.sqrt(max(0.0, excess))) / abs(mean), np.array(gains)
 
-    def _held_out(self, seen: _Seen, chosen: Fit) -> tuple[float, float]:
+    def _apart(self, seen: Seen, chosen: Fit) -> Between:
+        """How several records differ, each by its own response."""
+        shifts = []
+        spans = parts(seen.spans, self._ends) if len(self._ends) > 1 else []
+        for source, span in zip(self._sources, spans, strict=False):
+            part = self._part(seen, (span,))
+            if part is not None:
+                model = chosen.gain * part.model(chosen.parameters)
+                shifts.append((source, shift(part.frequency, part.value / model, part.deviation / np.abs(model))))
+        return compared(shifts) if len(shifts) > 1 else Between()
+
+    def _held_out(self, seen: Seen, chosen: Fit) -> tuple[float, float]:
         """Misfit and χ² of windows that were left out of a fit of the same structure."""
         ends = np.linspace(0.0, sum(b - a - 1 for a, b in seen.spans), PARTS + 1).tolist()
         fitted = self._part(seen, ((ends[0], ends[2]), (ends[3], ends[5])))
@@ -333,17 +328,20 @@ class _Axis:
         above = np.flatnonzero(np.abs(loop) >= 1.0)
         return float(w[above[-1]] / (2.0 * np.pi)) if len(above) else 0.0
 
-    def _model(self, seen: _Seen, chosen: Fit, width: Spread, limit: Bound, between: float, reason: str) -> AxisModel:
+    def _model(
+        self, seen: Seen, chosen: Fit, width: Spread, limit: Bound, between: tuple[float, float], reason: str
+    ) -> AxisModel:
         late, p = self._known.late_s, chosen.parameters
         gain = _interval(chosen.gain, width.gain[0], width.gain[1])
-        apart = 2.0 * between * abs(chosen.gain)
+        apart, apart_s = 2.0 * between[0] * abs(chosen.gain), 2.0 * between[1]
+        delay = _interval(p[DELAY] + late, *(width.parameters[DELAY] + late))
         misfit, chi2 = _misfit(chosen, chosen.data)
         held_out_misfit, held_out_chi2 = self._held_out(seen, chosen)
         return AxisModel(
             acceleration_per_unit=Interval(gain.value, gain.low - apart, gain.high + apart),
             slow_pole_rad_s=_interval(p[POLE], *width.parameters[POLE]),
             lag_s=_interval(p[LAG], *width.parameters[LAG]),
-            delay_s=_interval(p[DELAY] + late, *(width.parameters[DELAY] + late)),
+            delay_s=Interval(delay.value, max(0.0, delay.low - apart_s), delay.high + apart_s),
             lead_s=_interval(p[LEAD], *width.parameters[LEAD]),
             bound=limit,
             modes=_modes(p, width),
@@ -356,12 +354,6 @@ class _Axis:
             held_out_misfit=held_out_misfit,
             held_out_chi2=held_out_chi2,
         )
-
-
-def _reference(p: Floats, known_part: Transfer) -> Transfer:
-    """Of unit gain, all but the delay."""
-    lag = float(p[LAG])
-    return Transfer((1.0,), (1.0, float(p[POLE]))) * Transfer((1.0,), (lag, 1.0) if lag else (1.0,)) * known_part
 
 
 def _misfit(model: Fit, data: Data) -> tuple[float, float]:

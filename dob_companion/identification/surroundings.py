@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from dob_companion.artifact import AXES
-from dob_companion.identification.grid import Grid, gridded, runs
+from dob_companion.identification.flights import joined
+from dob_companion.identification.grid import Grid, runs
 from dob_companion.identification.record import Record
 from dob_companion.identification.result import AxisModel, Identification, Interval, Segment
 from dob_companion.identification.segments import WORDS
@@ -102,11 +103,11 @@ def surroundings(
     return _fitted(density / differenced, np.abs(plant) ** 2, gyro, frequency, rate_hz, count)
 
 
-def around(record: Record, found: Identification) -> dict[str, Surroundings | None]:
+def around(records: Record | Sequence[Record], found: Identification) -> dict[str, Surroundings | None]:
     """As `surroundings`, by axis; None where there is no model."""
     if all(result.model is None for result in found.axes.values()):
         return dict.fromkeys(found.axes)
-    grid = gridded(record, found.rate_hz)
+    grid = joined((records,) if isinstance(records, Record) else records, found.rate_hz).grid
     flown = [segment for segment in found.segments if segment.why not in WORDS.values()]
     return {axis: _around(grid, flown, axis, result.model) for axis, result in found.axes.items()}
 

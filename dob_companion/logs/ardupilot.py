@@ -15,7 +15,7 @@ from dob_companion.logs.choose import Source, chosen
 from dob_companion.logs.columns import Table
 from dob_companion.logs.dataflash import BinaryLog, DataFlash, TextLog, pieces
 from dob_companion.logs.found import Found, Setting, of_each, records
-from dob_companion.logs.series import Series, joined
+from dob_companion.logs.series import Series, both, joined
 from dob_companion.mavlink.makes import ARDUPILOT
 
 _GYRO = ("GyrX", "GyrY", "GyrZ")
@@ -25,7 +25,25 @@ _OUT = (("ROut", "POut", "YOut"), ("RllOut", "PitOut", "YawOut"))
 _PIDS = ("PIDR", "PIDP", "PIDY")
 
 NAMES = frozenset(
-    {"RATE", "SIDD", "SIDS", "IMU", "GYR", "IMT", "ATT", "ANG", "CTUN", "RCOU", "EV", "ARM", "PARM", "MSG", *_PIDS}
+    {
+        "RATE",
+        "SIDD",
+        "SIDS",
+        "IMU",
+        "GYR",
+        "IMT",
+        "ATT",
+        "ANG",
+        "CTUN",
+        "RCOU",
+        "EV",
+        "ARM",
+        "MODE",
+        "QTUN",
+        "PARM",
+        "MSG",
+        *_PIDS,
+    }
 )
 """Messages that are read."""
 
@@ -48,6 +66,11 @@ _CLASSES = {
 _MIX_ROLL = 10
 """SID_AXIS of the mixer's roll; pitch and yaw come next."""
 
+_HOVER_MODES = range(17, 24)
+"""Of ArduPlane: QSTABILIZE, QHOVER, QLOITER, QLAND, QRTL, QAUTOTUNE, QACRO. In AUTO and GUIDED it may do either."""
+_LIFTS = 0.05
+"""Least throttle of a quadplane's lifting rotors in the air."""
+
 _EV_ARMED, _EV_DISARMED, _EV_LANDED, _EV_NOT_LANDED = 10, 11, 18, 28
 _LIMITED = 1
 """Bit of PIDx.Flags: the mixer was at its limit."""
@@ -67,6 +90,7 @@ def _records(log: DataFlash, source: str) -> tuple[Record, ...]:
     said = list(log.remarks)
     settings = _settings(log)
     parameters = {name: value for _, name, value in settings}
+    vehicle = _vehicle(log, parameters)
     imu = _first_imu(log)
     rates, moments, others = _of_the_loop(log, imu, said)
     rates += _of_the_gyro(log, imu)
@@ -80,11 +104,11 @@ def _records(log: DataFlash, source: str) -> tuple[Record, ...]:
         Found(
             source=source,
             make=ARDUPILOT,
-            vehicle=_vehicle(log, parameters),
+            vehicle=vehicle,
             rates=taken.series,
             moment=moment.series,
             others=others | _of_the_attitude(log) | _injected(log, parameters, moment.series, said),
-            facts=_facts(log),
+            facts=_facts(log) | (_hovering(log, said) if vehicle.startswith("vtol") else {}),
             settings=settings,
             witnesses=_stamps_of_settings(log),
             rates_filtered=taken.filtered,
@@ -292,3 +316,21 @@ def _facts(log: DataFlash) -> dict[str, Series]:
         flags = np.array([table.column("Flags") for table in axes]).astype(int)
         found["saturated"] = Series.of(axes[0].place, _time(axes[0]), ((flags & _LIMITED) > 0).any(axis=0))
     return {name: series for name, series in found.items() if len(series.place)}
+
+
+def _hovering(log: DataFlash, said: list[str]) -> dict[str, Series]:
+    """When a quadplane hangs on its rotors: by its flight mode and their throttle."""
+    modes = _named(log, "MODE", (("ModeNum",), ("Mode",)))
+    if modes is None:
+        said.append("no MODE in it: what it flew as a plane cannot be told from hover")
+        return {}
+    number = modes[0].series(_time(modes[0]), modes[1])
+    hover = Series(number.place, number.time, np.isin(number.values, _HOVER_MODES).astype(np.float64))
+    if not hover.values.all():
+        names = "QSTABILIZE, QHOVER, QLOITER, QLAND, QRTL, QAUTOTUNE, QACRO"
+        said.append(f"of its flight modes {names} count as hover, all others as not flying, which is about hover")
+    lifting = _table(log, "QTUN", ("ThO",))
+    if lifting is None:
+        return {"flying": hover}
+    out = lifting.series(_time(lifting), ("ThO",))
+    return {"flying": both(hover, Series(out.place, out.time, (out.values > _LIFTS).astype(np.float64)))}

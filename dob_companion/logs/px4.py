@@ -13,7 +13,7 @@ from dob_companion.logs import mixer
 from dob_companion.logs.choose import Source, chosen
 from dob_companion.logs.columns import Table
 from dob_companion.logs.found import Found, of_each, records
-from dob_companion.logs.series import Series
+from dob_companion.logs.series import Series, both
 from dob_companion.logs.ulog import MAGIC, ULog, pieces
 from dob_companion.mavlink.makes import PX4
 from dob_companion.mavlink.overheard import vehicle_in_words
@@ -51,7 +51,8 @@ def _records(log: ULog, source: str) -> tuple[Record, ...]:
     if not rates:
         raise LogError(f"{source}: no vehicle_angular_velocity, sensor_combined or vehicle_imu in it: {_REMEDY}")
     if not moments:
-        raise LogError(f"{source}: no vehicle_torque_setpoint or actuator_controls_0 in it: {_REMEDY}")
+        lacking = f"{source}: no vehicle_torque_setpoint or actuator_controls_0 in it"
+        raise LogError(f"{lacking}{_by_a_mixer_file(log, parameters)}: {_REMEDY}")
     taken, moment, words = chosen(rates, moments, link=False)
     if taken.words == "sensor_gyro":
         said.append("sensor_gyro is in the board's axes: taken as the body's")
@@ -138,6 +139,15 @@ def _of_the_motors(log: ULog, parameters: dict[str, float], said: list[str]) -> 
     return [Source("actuator_motors", replace(motors, values=mixer.unmixed(thrust, factors)))]
 
 
+def _by_a_mixer_file(log: ULog, parameters: dict[str, float]) -> str:
+    """What stands in the way of unmixing motors that are logged; "" where there are none."""
+    outputs = next((name for name in ("actuator_motors", "actuator_outputs") if log.table(name) is not None), "")
+    if not outputs or mixer.px4_factors(parameters) is not None:
+        return ""
+    frame = f"SYS_AUTOSTART {parameters['SYS_AUTOSTART']:g}" if "SYS_AUTOSTART" in parameters else "an airframe"
+    return f"; {outputs} is there, but no CA_ROTOR* that say how it was mixed (PX4 1.13 and older mix by the file of {frame})"
+
+
 def _others(log: ULog) -> dict[str, Series]:
     found = {
         "rate_setpoint": _series(log, "vehicle_rates_setpoint", ("roll", "pitch", "yaw")),
@@ -201,18 +211,7 @@ def _hovering(log: ULog, flying: Series, said: list[str]) -> Series:
     if kind is None or not (kind.values == _FORWARD).any():
         return flying
     said.append("flies as a plane for a while: counts as not flying, which is about hover")
-    place = np.unique(np.concatenate((flying.place, kind.place)))
-    time = np.empty(len(place))
-    for series in (kind, flying):
-        time[np.searchsorted(place, series.place)] = series.time
-    hover = np.asarray(kind.values != _FORWARD, np.float64)
-    holds = [_held(flying.place, flying.values, place), _held(kind.place, hover, place)]
-    return Series(place, time, np.minimum(*holds))
-
-
-def _held(places: np.ndarray, values: Floats, at: np.ndarray) -> Floats:
-    """The value last said before or at these places; the first one before that."""
-    return values[np.maximum(np.searchsorted(places, at, side="right") - 1, 0)]
+    return both(flying, replace(kind, values=np.asarray(kind.values != _FORWARD, np.float64)))
 
 
 def _vehicle(log: ULog, parameters: dict[str, float]) -> str:

@@ -79,6 +79,19 @@ def joined(parts: list[Series]) -> Series:
     return Series(place[order], time[order], values[order])
 
 
+def both(one: Series, other: Series) -> Series:
+    """Where both hold, of two that are 0 or 1 from each place on until the next; the first counts before it."""
+    place = np.unique(np.concatenate((one.place, other.place)))
+    time = np.empty(len(place))
+    for series in (one, other):
+        time[np.searchsorted(place, series.place)] = series.time
+    return Series(place, time, np.minimum(*(_held(each, place) for each in (one, other))))
+
+
+def _held(series: Series, at: NDArray[np.int64]) -> Floats:
+    return series.values[np.maximum(np.searchsorted(series.place, at, side="right") - 1, 0)]
+
+
 def places_by_time(time: Floats) -> NDArray[np.int64]:
     """Places for a file whose own order says nothing: by the stamps, clock after clock."""
     sound = np.flatnonzero(np.isfinite(time) & ~strays(np.nan_to_num(time, nan=-1.0)))

@@ -197,6 +197,23 @@ def test_a_plane_with_lifting_rotors_is_a_vtol(tmp_path):
     assert record.vehicle == "vtol plane"
 
 
+def test_a_quadplane_flies_for_us_only_in_modes_that_hover_with_its_lifting_rotors_on(tmp_path):
+    log = writers.copter(TIMES, RATES, MOMENT, firmware="ArduPlane V4.5.1")
+    log.write("PARM", 1, b"Q_ENABLE", 1.0)
+    log.declare("MODE", "QMB", "TimeUS,Mode,ModeNum")
+    log.declare("QTUN", "Qf", "TimeUS,ThO")
+    begin = TIMES[0]
+    qloiter, cruise, qhover = 19, 7, 18
+    for seconds, mode in ((0.0, qloiter), (0.6, cruise), (1.2, qhover)):
+        log.write("MODE", round(1e6 * (begin + seconds)), mode, mode)
+    for seconds, throttle in ((0.0, 0.4), (1.2, 0.4), (1.6, 0.01)):
+        log.write("QTUN", round(1e6 * (begin + seconds)), throttle)
+    (record,) = read(tmp_path, log)
+    at = np.array([0.3, 0.9, 1.4, 1.8])
+    assert record.flying.at(at).tolist() == [True, False, True, False]
+    assert any("QLOITER" in remark and "not flying" in remark for remark in record.remarks)
+
+
 def test_a_clock_that_begins_anew_gives_two_records(tmp_path):
     again = [*range(500), *range(200)]
     times = np.concatenate((TIMES, TIMES[:200] - 5.0))

@@ -177,6 +177,21 @@ def test_without_torque_the_moment_comes_from_the_motors(tmp_path):
     assert any("moment unmixed from actuator_motors" in line for line in record.remarks)
 
 
+@pytest.mark.parametrize("topic", ["actuator_outputs", "actuator_motors"])
+def test_motors_that_a_mixer_file_drove_are_not_unmixed_and_the_line_names_the_airframe(tmp_path, topic):
+    log = writers.ULog()
+    log.declare("sensor_combined", "uint64_t timestamp;float[3] gyro_rad;")
+    log.declare(topic, "uint64_t timestamp;float[12] control;")
+    log.setting("SYS_AUTOSTART", 4001)
+    for time, rate in zip(TIMES, RATES, strict=True):
+        log.write("sensor_combined", round(1e6 * time), *rate)
+        log.write(topic, round(1e6 * time), *[0.5] * 12)
+    with pytest.raises(
+        LogError, match=rf"{topic} is there, but no CA_ROTOR\*.* SYS_AUTOSTART 4001\): set SDLOG_PROFILE"
+    ):
+        read(tmp_path, log.data)
+
+
 @pytest.mark.parametrize(
     ("topic", "words"),
     [("vehicle_attitude", "no vehicle_angular_velocity"), ("sensor_combined", "no vehicle_torque_setpoint")],
