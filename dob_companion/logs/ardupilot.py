@@ -24,27 +24,8 @@ _DESIRED = (("RDes", "PDes", "YDes"), ("RllDes", "PitDes", "YawDes"))
 _OUT = (("ROut", "POut", "YOut"), ("RllOut", "PitOut", "YawOut"))
 _PIDS = ("PIDR", "PIDP", "PIDY")
 
-NAMES = frozenset(
-    {
-        "RATE",
-        "SIDD",
-        "SIDS",
-        "IMU",
-        "GYR",
-        "IMT",
-        "ATT",
-        "ANG",
-        "CTUN",
-        "RCOU",
-        "EV",
-        "ARM",
-        "MODE",
-        "QTUN",
-        "PARM",
-        "MSG",
-        *_PIDS,
-    }
-)
+_LOOP = ("RATE", "SIDD", "SIDS", "IMU", "GYR", "IMT", *_PIDS)
+NAMES = frozenset({*_LOOP, "ATT", "ANG", "CTUN", "QTUN", "RCOU", "EV", "ARM", "MODE", "PARM", "MSG"})
 """Messages that are read."""
 
 _REMEDY = (

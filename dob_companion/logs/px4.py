@@ -145,7 +145,7 @@ def _by_a_mixer_file(log: ULog, parameters: dict[str, float]) -> str:
     if not outputs or mixer.px4_factors(parameters) is not None:
         return ""
     frame = f"SYS_AUTOSTART {parameters['SYS_AUTOSTART']:g}" if "SYS_AUTOSTART" in parameters else "an airframe"
-    return f"; {outputs} is there, but no CA_ROTOR* that say how it was mixed (PX4 1.13 and older mix by the file of {frame})"
+    return f"; {outputs} is there, but no CA_ROTOR* that say how it was mixed (before PX4 1.14 by a file of {frame})"
 
 
 def _others(log: ULog) -> dict[str, Series]:

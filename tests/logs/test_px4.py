@@ -186,9 +186,8 @@ def test_motors_that_a_mixer_file_drove_are_not_unmixed_and_the_line_names_the_a
     for time, rate in zip(TIMES, RATES, strict=True):
         log.write("sensor_combined", round(1e6 * time), *rate)
         log.write(topic, round(1e6 * time), *[0.5] * 12)
-    with pytest.raises(
-        LogError, match=rf"{topic} is there, but no CA_ROTOR\*.* SYS_AUTOSTART 4001\): set SDLOG_PROFILE"
-    ):
+    words = rf"{topic} is there, but no CA_ROTOR\*.* SYS_AUTOSTART 4001\): set SDLOG_PROFILE"
+    with pytest.raises(LogError, match=words):
         read(tmp_path, log.data)
 
 
