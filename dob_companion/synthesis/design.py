@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 import dob_companion
 from dob_companion.artifact import (
     AXES,
@@ -24,8 +26,10 @@ from dob_companion.synthesis.plant.minimal import HIDDEN, minimal
 from dob_companion.synthesis.plant.models import to_data, to_state_space, weight_to_state_space
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.plant.solvability import require_solvable
+from dob_companion.synthesis.robust.programme import programmed
 from dob_companion.synthesis.robust.search import robust_synthesis
 from dob_companion.synthesis.solve.optimum import Optimum, candidates, find_optimum
+from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.inputs import discrete_system, link_delays, require_options
 from dob_companion.synthesis.spec.model_file import Reader
 from dob_companion.synthesis.spec.parse import BlockSpec, Spec, parse_spec
@@ -110,6 +114,7 @@ def synthesize(
     axes: tuple[str, ...] | None = None,
     uncertainty: Uncertainty | None = None,
     largest_order: int | None = None,
+    auto: AutoSpec | None = None,
 ) -> Synthesis:
     """The H-infinity optimal disturbance observer of one block, within gamma_backoff of the optimum.
 
@@ -118,7 +123,9 @@ def synthesize(
     d_hat to the acting moment, for all inputs or one each. `axes` names the channels in messages.
 
     With an `uncertainty` of the plant the noise weight is raised until the worst plant is served best
-    (`robust_design`), and the certificate gains robust_* findings; the problem returned is the one solved for.
+    (`robust/search.py`); for one axis and with `auto`, what a pilot wants, the best observer for that is found among
+    all that bear the uncertainty (`robust/programme.py`). The certificate gains robust_* findings; the problem returned
+    is the one solved for.
 
     With a `largest_order` an observer of more states is reduced to it and certified anew (`reduction`).
 
@@ -137,11 +144,17 @@ def synthesize(
     problem = Problem(G, C, W_d, W_n, link_delays(delay_samples, moments))
     with numbers_judged():
         require_solvable(problem, axes)
-        return _synthesized(problem, axes, uncertainty, lambda posed: _certified(posed, gamma_backoff, largest_order))
+        solve = lambda posed: _certified(posed, gamma_backoff, largest_order)  # noqa: E731
+        return _synthesized(problem, axes, uncertainty, solve, auto, largest_order)
 
 
 def _synthesized(
-    problem: Problem, axes: tuple[str, ...] | None, uncertainty: Uncertainty | None, solve: Solve
+    problem: Problem,
+    axes: tuple[str, ...] | None,
+    uncertainty: Uncertainty | None,
+    solve: Solve,
+    auto: AutoSpec | None,
+    largest_order: int | None,
 ) -> Synthesis:
     problem = Problem(
         minimal(problem.plant),
@@ -152,14 +165,18 @@ def _synthesized(
     )
     if uncertainty is None:
         return Synthesis(problem, *solve(problem), axes)
-    found = robust_synthesis(problem, uncertainty, axes, solve)
+    alone = len(problem.delays) == 1 and not np.any(problem.plant.D)
+    made = None
+    if auto is not None and alone and uncertainty.synthesis == "robust":
+        made = programmed(problem, uncertainty, auto, largest_order)
+    found = robust_synthesis(problem, uncertainty, axes, solve, made)
     return Synthesis(found.problem, found.observer, found.certificate, axes)
 
 
-def design_block(spec: BlockSpec, dt: float) -> DobBlock:
+def design_block(spec: BlockSpec, dt: float, auto: AutoSpec | None = None) -> DobBlock:
     """One block of a spec, designed and certified from the very matrices that go into the file.
 
-    Raises SpecError when it has no weights, and as `synthesize` does.
+    `auto` is what is wanted of a robust one. Raises SpecError when it has no weights, and as `synthesize` does.
     """
     size = len(spec.axes)
     if spec.disturbance is None or spec.noise is None:
@@ -179,6 +196,7 @@ def design_block(spec: BlockSpec, dt: float) -> DobBlock:
             axes=spec.axes,
             uncertainty=spec.uncertainty,
             largest_order=spec.largest_order,
+            auto=auto,
         )
     except DobError as problem:
         raise placed(problem, spec.where) from problem
@@ -194,7 +212,8 @@ def design(spec: Spec, created: str = "") -> DobDesign:
 
     Raises SpecError, UnsolvableError or NotCertifiedError.
     """
-    return assembled(spec, tuple(design_block(block, spec.dt) for block in spec.blocks), created)
+    blocks = (design_block(block, spec.dt, spec.auto) for block in spec.blocks)
+    return assembled(spec, tuple(blocks), created)
 
 
 def assembled(spec: Spec, blocks: tuple[DobBlock, ...], created: str = "") -> DobDesign:

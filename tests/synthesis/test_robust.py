@@ -10,14 +10,16 @@ from hypothesis import strategies as st
 
 from dob_companion.artifact import dumps, loads
 from dob_companion.cli.robustness import robustness_words
-from dob_companion.errors import NotConvergedError, SpecError
+from dob_companion.comparison.flight import expect
+from dob_companion.comparison.vehicle import close, no_observer
+from dob_companion.errors import NotConvergedError, SpecError, UnsolvableError
 from dob_companion.lti.response import response, spectral_radius
 from dob_companion.report.design_page import design_page
 from dob_companion.report.robust_chart import robust_claims
 from dob_companion.synthesis import design_from_toml, parse_spec, synthesize, verify, zpk
 from dob_companion.synthesis.norms.hinf import hinf_norm
 from dob_companion.synthesis.plant.loop import close_loop
-from dob_companion.synthesis.plant.models import stack
+from dob_companion.synthesis.plant.models import from_data, stack
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.robust.analysis import FACTOR_STEP, GUARD, analyse, error_of
 from dob_companion.synthesis.robust.bands import robust_bands
@@ -26,6 +28,7 @@ from dob_companion.synthesis.robust.destabilize import all_pass, band_pass, dest
 from dob_companion.synthesis.robust.interconnection import interconnect
 from dob_companion.synthesis.spec.uncertainty import ChannelUncertainty, Interval, Mode, Uncertainty, parse_uncertainty
 from dob_companion.toml import Table
+from tests.synthesis.optimal.axes import vehicle_of, weather_of
 from tests.synthesis.paper import DT, PID, PLANT, W_D, W_N
 
 SPEC = Path(__file__).parents[2] / "examples" / "robust_pitch.toml"
@@ -48,6 +51,13 @@ def nominal():
 @pytest.fixture(scope="module")
 def robust():
     return design_from_toml(SPEC.read_text(encoding="utf-8"), "robust_pitch.toml")
+
+
+@pytest.fixture(scope="module")
+def scaled():
+    """The same without [auto]: only weights are known."""
+    text = SPEC.read_text(encoding="utf-8")
+    return design_from_toml(text[: text.index("[auto]")] + text[text.index("[[block]]") :])
 
 
 def one(channel):
@@ -305,6 +315,38 @@ def test_a_robust_design_is_proved_over_all_that_was_stated(robust):
     assert extra["robust_grid_guard"] >= GUARD
 
 
+def attenuation_of(design):
+    """RMS attitude error off / on in the paper's weather, by the Lyapunov equations of the loop."""
+    vehicle, rms = vehicle_of("pitch"), weather_of("pitch").rms
+    observer = from_data(design.blocks[0].observer, DT)
+    off, on = (expect(close(vehicle, each), rms).attitude for each in (no_observer(DT), observer))
+    return off / on
+
+
+def test_by_what_a_pilot_wants_the_same_safety_costs_far_less_attenuation_than_by_weights(robust, scaled):
+    """In both the proof ends where the loop without observer becomes unstable."""
+    safe, before = (each.blocks[0].certificate.extra["robust_safe_factor"] for each in (robust, scaled))
+    assert safe >= before * (1.0 - FACTOR_STEP)
+    assert safe > 1.98
+    assert attenuation_of(robust) > 1.5 * 5.5
+    assert attenuation_of(scaled) < 4.0
+
+
+def test_a_robust_observer_is_optimal_for_its_own_weights_and_keeps_what_auto_asks(robust):
+    proof = robust.blocks[0].certificate
+    assert proof.gamma <= 1.0003 * proof.gamma_star
+    assert proof.disk_margin >= 0.4
+    assert proof.delay_margin_samples >= 1
+    assert proof.slowest_mode_s <= 0.5
+    assert proof.extra["order"] <= 6
+
+
+def test_an_uncertainty_that_leaves_no_room_for_the_limits_is_refused_in_words():
+    text = SPEC.read_text(encoding="utf-8").replace("least_disk_margin = 0.4", "least_disk_margin = 1.4")
+    with pytest.raises(UnsolvableError, match=r"keeps the limits of \[auto\] and bears 1\.99 times the stated"):
+        design_from_toml(text)
+
+
 def test_a_robust_design_does_not_lose_where_the_nominal_one_is_robust_already(nominal):
     before = analyse(nominal.problem, nominal.observer, one(BOUND))
     after = synthesize(PLANT, PID, W_D, W_N, delay_samples=1, uncertainty=one(BOUND))
@@ -333,8 +375,8 @@ def test_inspect_misses_a_finding_that_was_taken_out(robust):
     assert [finding.name for finding in verify(cut) if not finding.agrees] == ["robust_unsafe_factor"]
 
 
-def test_the_problem_stays_the_one_asked_for_apart_from_its_noise_weight(robust):
-    stored = robust.blocks[0]
+def test_the_problem_stays_the_one_asked_for_apart_from_its_noise_weight(scaled):
+    stored = scaled.blocks[0]
     scale = stored.certificate.extra["robust_noise_scale"]
     assert scale > 1.0
     asked = Problem(PLANT, PID, W_D, W_N, (1,))

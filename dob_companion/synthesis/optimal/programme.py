@@ -12,19 +12,20 @@ the step to where that holds. The optimum lies at a corner of many limits, where
 has kinks; a descent on its slope stops there, a step that knows the limits does not.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import clarabel
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
 
+from dob_companion.synthesis.optimal.factors import Factors
+from dob_companion.synthesis.optimal.limits import Limit
 from dob_companion.synthesis.optimal.poles import FARTHEST, sections, slopes
 from dob_companion.synthesis.optimal.problem import Responses, Spectrum, Wanted, attitude_rms, shares
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Indices = NDArray[np.int64]
 
 ROOM = 0.02
 """Distance that 1 - (1 - z^-j) T keeps from the imaginary axis."""
@@ -32,39 +33,12 @@ ROOM = 0.02
 FIRST_WATCHED = 20
 """Angles at which every limit is watched from the beginning; others are added where it is broken."""
 
-BROKEN = 1e-5
-"""Share of a limit by which it may be exceeded between the angles watched, for the programme to count as solved."""
-
 MOST_ROUNDS, STEADY = 12, 1e-5
+TURNS = 3
 """Solutions at most for one set of poles, and the change of the value that ends them."""
 
 MATTERS = 1e-6
 """A multiplier above this counts as one."""
-
-
-@dataclass(slots=True, eq=False)
-class Limit:
-    """|offset + slope F| <= size at each angle, or Re(offset + slope F) >= size where `half_plane`."""
-
-    name: str
-    offset: Complex
-    slope: Complex
-    size: float
-    half_plane: bool = False
-    watched: Indices = field(default_factory=lambda: np.zeros(0, np.int64))
-
-    def excess(self, F: Complex) -> Array:
-        """By how much it is broken at each angle, as a share of its size."""
-        value = self.offset + self.slope * F
-        return np.asarray((self.size - value.real) if self.half_plane else np.abs(value) / self.size - 1.0)
-
-    def watch(self, excess: Array) -> bool:
-        """Add the angles where it is broken most, each the worst of its surroundings; whether there were any."""
-        high = np.concatenate([[-np.inf], excess, [-np.inf]])
-        tops = (excess > BROKEN) & (excess >= high[:-2]) & (excess > high[2:])
-        new = np.setdiff1d(np.flatnonzero(tops), self.watched)
-        self.watched = np.union1d(self.watched, new).astype(np.int64)
-        return len(new) > 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,8 +62,10 @@ class Solved:
 class Programme:
     """One axis, one weather, one set of limits."""
 
-    def __init__(self, on: Responses, order: int, spectrum: Spectrum, wanted: Wanted) -> None:
-        """`order` is the plant's."""
+    def __init__(
+        self, on: Responses, order: int, spectrum: Spectrum, wanted: Wanted, factors: Factors | None = None
+    ) -> None:
+        """`order` is the plant's; `factors` are plants that must be stable as well."""
         self.on, self.spectrum, self.wanted, self.plant_order = on, spectrum, wanted, order
         self.radius = float(np.exp(-on.dt / wanted.slowest_s))
         self.z = np.exp(1j * on.angles)
@@ -98,11 +74,22 @@ class Programme:
         self._gains = (1.0, *wanted.gains)
         off = np.zeros_like(on.N)
         self._off = [attitude_rms(on, spectrum, wanted.noise_rms, off, gain) for gain in self._gains]
-        self._limits = _limits(on, wanted)
+        self._factors, self._F = factors, off
+        self._fixed, self._turned = _limits(on, wanted), factors.limits(on, off) if factors else []
         every = max(1, len(on.angles) // FIRST_WATCHED)
         for limit in self._limits:
             limit.watched = np.arange(every // 2, len(on.angles), every, dtype=np.int64)
-        self._F = off
+
+    @property
+    def _limits(self) -> list[Limit]:
+        return [*self._fixed, *self._turned]
+
+    def _turn(self, F: Complex) -> None:
+        """Lines between the uncertain plants and the origin, to suit an F."""
+        turned = self._factors.limits(self.on, F) if self._factors else []
+        for new, old in zip(turned, self._turned, strict=True):
+            new.watched = old.watched
+        self._turned = turned
 
     def value(self, F: Complex) -> float:
         """RMS over the gains of attitude error on / off."""
@@ -113,16 +100,22 @@ class Programme:
         """The best numerator for these poles (`poles.sections`); None where there is none within the limits."""
         basis = self._basis(x)
         last, found = np.inf, None
-        for _ in range(MOST_ROUNDS):
+        for _ in range(TURNS if self._factors else MOST_ROUNDS):
             p, q = self._quadratic(self._F)
+            self._turn(self._F)
             found = self._within_limits(basis, p, q, x)
             if found is None:
                 return None
             self._F = found.F
-            if abs(found.value - last) <= STEADY * found.value or len(self._gains) == 1:
+            if abs(found.value - last) <= STEADY * found.value or self._convex:
                 break
             last = found.value
         return found
+
+    @property
+    def _convex(self) -> bool:
+        """Whether nothing is linearized, so that one round is enough."""
+        return len(self._gains) == 1 and self._factors is None
 
     def _basis(self, x: Array) -> Complex:
         """z^(k + j) / a, j = deg a - k … 0, at each angle."""
@@ -164,6 +157,7 @@ class Programme:
     def step(self, from_: Solved, trust: float) -> Array | None:
         """Poles that are better by the programme linearized in poles and numerator at once, at most `trust` away."""
         p, q = self._quadratic(from_.F)
+        self._turn(from_.F)
         root = np.sqrt(p)
         basis = self._basis(from_.x)
         turned = linalg.solve_triangular(np.linalg.qr(_split(root[:, None] * basis), mode="r"), basis.T, trans="T").T
@@ -220,6 +214,10 @@ class _Watched:
         here = limit.watched
         self.limit, self.slope = limit, limit.slope[here, None] * basis[here]
         self.offset = limit.offset[here] + limit.slope[here] * at[here]
+        self.around: tuple[Complex, Complex] | None = None
+        if limit.around:
+            radius, grows = limit.around[0][here], limit.around[1][here]
+            self.around = radius + grows * at[here], grows[:, None] * basis[here]
 
 
 def _limits(on: Responses, wanted: Wanted) -> list[Limit]:
@@ -240,6 +238,14 @@ def _cone_programme(P: Array, q: Array, heard: Array, limits: list[_Watched], tr
     rows, sides, cones = [], [], []
     for each in limits:
         count, size = len(each.offset), each.limit.size
+        if each.around:
+            cone = np.zeros((count, 3, n))
+            cone[:, 0], cone[:, 1], cone[:, 2] = -each.slope.real, -each.around[1].real, -each.around[1].imag
+            rows.append(cone.reshape(-1, n))
+            parts = (each.offset.real - size, each.around[0].real, each.around[0].imag)
+            sides.append(np.stack(parts, axis=1).ravel())
+            cones += [clarabel.SecondOrderConeT(3)] * count
+            continue
         if each.limit.half_plane:
             rows.append(-each.slope.real)
             sides.append(each.offset.real - size)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.synthesis.optimal.descent import descend, grown, started
+from dob_companion.synthesis.optimal.factors import Factors
 from dob_companion.synthesis.optimal.problem import Axis, Responses, Spectrum, Wanted, grid, responses
 from dob_companion.synthesis.optimal.programme import Programme, Solved
 from dob_companion.synthesis.optimal.realization import realized
@@ -66,10 +67,12 @@ class Search:
     def __init__(self, axis: Axis, spectrum: Spectrum, order: int = ORDER) -> None:
         self.axis, self.spectrum, self.order = axis, spectrum, order
         self.on: Responses = responses(axis, grid())
+        self.factors: Factors | None = None
+        """Uncertain plants that must be stable too, on the angles of `on`."""
 
     def programme(self, wanted: Wanted) -> Programme:
         """For one set of limits."""
-        return Programme(self.on, self.axis.order, self.spectrum, wanted)
+        return Programme(self.on, self.axis.order, self.spectrum, wanted, self.factors)
 
     def best(self, wanted: Wanted) -> Found | None:
         """From generic poles, growing; None where nothing keeps the limits."""

@@ -142,6 +142,12 @@ def worth(problem: Problem, observer: Any, uncertainty: Uncertainty) -> tuple[bo
     return True, -_safe_factor(problem, observer, uncertainty, 1.0, grids)
 
 
+def safe_factor(problem: Problem, observer: Any, uncertainty: Uncertainty, end: float) -> float:
+    """Largest k up to `end` for which the set scaled by k is proved stable."""
+    require_in_plant(problem.plant, uncertainty)
+    return _safe_factor(problem, observer, uncertainty, end, _grids(problem, observer, uncertainty))
+
+
 def error_of(problem: Problem, observer: Any, uncertainty: Uncertainty, sample: Sample) -> Any:
     """(w_d, w_n) -> d - z^-tau d_hat as a state-space system of one sampled plant, wired anew."""
     plant = problem.plant * factor_system(uncertainty, sample, problem.dt)

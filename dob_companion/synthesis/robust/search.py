@@ -1,4 +1,6 @@
-"""Uncertainty enters the synthesis: the scale between disturbance and noise is iterated, as D and K in turn.
+"""Uncertainty enters the synthesis where only weights are known: their scale is iterated, as D and K in turn.
+
+Where a spec says what disturbances there are and what must be kept, `programme.py` does better.
 
 With command invariance the observer of a wrong model sees the extra disturbance q = (phi - 1) v at the plant's
 input as if it were noise of the shape of the loop. The K step is the estimator of the same problem with
@@ -20,6 +22,7 @@ from dob_companion.artifact import Certificate
 from dob_companion.errors import RefusedError
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.robust.analysis import Robustness, analyse, worth
+from dob_companion.synthesis.robust.programme import Made
 from dob_companion.synthesis.spec.uncertainty import Uncertainty, parse_uncertainty
 from dob_companion.toml import Table
 
@@ -46,19 +49,30 @@ class Candidate:
     worth: tuple[bool, float]
 
 
-def robust_synthesis(asked: Problem, uncertainty: Uncertainty, axes: tuple[str, ...] | None, solve: Solve) -> Candidate:
+def robust_synthesis(
+    asked: Problem,
+    uncertainty: Uncertainty,
+    axes: tuple[str, ...] | None,
+    solve: Solve,
+    made: Made | None = None,
+) -> Made:
     """The best observer found; with `synthesis = "nominal"` the one of the asked weights, analysed.
 
-    Its certificate carries the findings as robust_* keys; `robust_noise_scale` is s. Raises what `solve` raises when
-    the asked problem itself fails.
+    `made` is an observer found already (`programme.py`); else the noise weight is scaled. The certificate carries the
+    findings as robust_* keys; `robust_noise_scale` is s. Raises what `solve` raises when the asked problem fails.
     """
-    best = _candidate(asked, uncertainty, solve, 1.0)
-    if uncertainty.synthesis == "robust":
-        best = _search(asked, uncertainty, solve, best)
+    scale = 1.0
+    if made is None:
+        best = _candidate(asked, uncertainty, solve, scale)
+        if uncertainty.synthesis == "robust":
+            best = _search(asked, uncertainty, solve, best)
+        scale, made, weighted = best.scale, Made(best.problem, best.observer, best.certificate), asked
+    else:
+        weighted = made.problem
     names = axes or tuple(f"input {i + 1}" for i in range(len(uncertainty.channels)))
-    stated = {"robust_uncertainty": uncertainty.to_object(names), "robust_noise_scale": best.scale}
-    found = stated | analyse(asked, best.observer, uncertainty).record()
-    return replace(best, certificate=replace(best.certificate, extra={**best.certificate.extra, **found}))
+    stated = {"robust_uncertainty": uncertainty.to_object(names), "robust_noise_scale": scale}
+    found = stated | analyse(weighted, made.observer, uncertainty).record()
+    return replace(made, certificate=replace(made.certificate, extra={**made.certificate.extra, **found}))
 
 
 def noise_scaled(problem: Problem, scale: float) -> Problem:

@@ -21,8 +21,10 @@ from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import from_data, to_state_space
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.plant.solvability import require_solvable
+from dob_companion.synthesis.robust.programme import borne, factors
 from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.parse import BlockSpec, Model, Weight
+from dob_companion.synthesis.spec.uncertainty import Uncertainty
 from dob_companion.synthesis.tune.limits import Limits, Row, Tuning
 from dob_companion.synthesis.tune.yardstick import Measured, Yardstick
 
@@ -59,6 +61,9 @@ class _Choice:
         self.axis = Axis.of(self.plant, self.controller, block.delay_samples, auto.attitude_gain)
         self.spectrum = Spectrum(auto.spectrum, auto.disturbance_rms if auto.attitude_gain else None)
         self.search = Search(self.axis, self.spectrum, self._order())
+        if (uncertain := block.uncertainty) and uncertain.synthesis == "robust":
+            asked = Problem(self.plant, self.controller, one, one, delays)
+            self.search.factors = factors(self.search.on, uncertain, borne(asked, uncertain), 0)
 
     def _order(self) -> int:
         """States at most."""
@@ -162,6 +167,7 @@ class _Choice:
                 noise=Weight(f"{where}: noise", Model(found.noise, where)),
                 gamma_backoff=BACKOFF,
                 largest_order=tight.order,
+                uncertainty=analysed(self.block.uncertainty),
             )
             try:
                 block = design_block(weighted, self.dt)
@@ -198,6 +204,11 @@ class _Choice:
             if found is not None and found.solved.value * HELPS <= 1.0:
                 ways.append(f"{name} (attenuation {1.0 / found.solved.value:.3g} without it)")
         return f"{wish}; in the way: {' or '.join(ways) or 'more than one of them'}"
+
+
+def analysed(uncertainty: Uncertainty | None) -> Uncertainty | None:
+    """The same where the observer is already made for it."""
+    return replace(uncertainty, synthesis="nominal") if uncertainty else None
 
 
 def best_design(block: BlockSpec, dt: float, auto: AutoSpec) -> tuple[DobBlock, Tuning]:

@@ -1,4 +1,4 @@
-"""Weights of coupled axes, and of plants with a stated uncertainty: the best of a family of weights (`search.py`)."""
+"""Weights of coupled axes: the best of a family of weights (`search.py`)."""
 
 from dataclasses import replace
 from typing import Any

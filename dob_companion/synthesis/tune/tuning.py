@@ -1,7 +1,7 @@
 """Weights for people who do not think in weights: from what a pilot knows (`spec.auto.AutoSpec`).
 
-For one axis the best observer itself is found and its weights follow (`best.py`); for coupled axes, and where a block
-states an uncertainty, weights are searched (`coupled.py`).
+For one axis the best observer itself is found, among those that a stated uncertainty leaves stable, and its weights
+follow (`best.py`); for coupled axes weights are searched (`coupled.py`).
 """
 
 from collections.abc import Callable, Iterable
@@ -81,7 +81,7 @@ def designed_and_tuned(task: Task) -> tuple[DobBlock, Tuning]:
     had), and NotCertifiedError.
     """
     block = task.block
-    alone = len(block.axes) == 1 and block.uncertainty is None
+    alone = len(block.axes) == 1
     try:
         with numbers_judged():
             designed, tuning = (best_design if alone else searched_design)(block, task.dt, task.auto)

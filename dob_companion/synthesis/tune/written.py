@@ -38,7 +38,10 @@ def _weighted(block: Mapping[str, Any], tuning: Tuning) -> dict[str, Any]:
         "noise": noise[0] if len(axes) == 1 else dict(zip(axes, noise, strict=True)),
     }
     order = {} if tuning.order is None else {"largest_order": tuning.order}
-    return dict(block) | order | {"gamma_backoff": tuning.gamma_backoff, "weights": weights}
+    stated = {}  # the observer of one axis bears its uncertainty already
+    if "uncertainty" in block and len(axes) == 1:
+        stated["uncertainty"] = dict(block["uncertainty"]) | {"synthesis": "nominal"}
+    return dict(block) | stated | order | {"gamma_backoff": tuning.gamma_backoff, "weights": weights}
 
 
 def _lines(table: Mapping[str, Any], path: str = "") -> Iterator[str]:
