@@ -30,7 +30,7 @@ from tests.simulators.aircraft import AIRCRAFT, Flight, hover
 from tests.simulators.judge import judge
 from tests.simulators.relay import CUT, Faults
 
-OFF_S, BLOCK_S, PATIENCE_S = 30.0, 10.0, 20.0
+BLOCK_S, PATIENCE_S = 10.0, 20.0
 LOSS = Faults(lost=0.01)
 KINDS = {
     "1 % loss alone": (1.0, LOSS, LOSS),
@@ -96,8 +96,8 @@ class Flown:
     on_posix: float
 
 
-def fly(flight: Flight, axes: list[str], minutes: float, *, faults: bool) -> Flown:
-    """A minute off, then so many on."""
+def fly(flight: Flight, axes: list[str], off_s: float, minutes: float, *, faults: bool) -> Flown:
+    """So many seconds off, then so many minutes on."""
     found: dict[str, list[float | None]] = {}
     with flight.companion():
         flight.take_off()
@@ -105,7 +105,7 @@ def fly(flight: Flight, axes: list[str], minutes: float, *, faults: bool) -> Flo
         time.sleep(5.0)
         attitudes = flight.ground.attitudes
         begun = len(attitudes)
-        time.sleep(OFF_S)
+        time.sleep(off_s)
         off = attitudes[begun:]
         flight.enable()
         flight.mark("on")
@@ -210,6 +210,7 @@ def main() -> None:
     parser.add_argument("design", type=Path)
     parser.add_argument("-o", type=Path, required=True, metavar="DIR")
     parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--off", type=float, default=60.0, metavar="SECONDS")
     parser.add_argument("--axes", nargs="+", choices=AXES, default=list(AXES))
     parser.add_argument("--faults", action="store_true")
     arguments = parser.parse_args()
@@ -219,7 +220,7 @@ def main() -> None:
     aircraft, directory, design = AIRCRAFT[arguments.autopilot], arguments.o.resolve(), arguments.design.resolve()
     before = steal()
     with hover(aircraft, design, directory) as flight:
-        flown = fly(flight, arguments.axes, arguments.minutes, faults=arguments.faults)
+        flown = fly(flight, arguments.axes, arguments.off, arguments.minutes, faults=arguments.faults)
     np.savez(directory / "attitudes.npz", off=flown.off, on=flown.on)
     stolen, whole = (after - earlier for after, earlier in zip(steal(), before, strict=True))
     verdict = judge(
