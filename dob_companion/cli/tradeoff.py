@@ -6,14 +6,14 @@ from typing import Any
 from dob_companion.synthesis.tune.written import weight_table
 
 _HEAD = (
-    ("", "", "RMS", "disk", "delay", "noise in", "slowest"),
-    ("", "asked", "off / on", "margin", "margin", "correction", "mode, s"),
+    ("", "", "RMS", "any", "disk", "delay", "noise in", "slowest"),
+    ("", "asked", "off / on", "order", "margin", "margin", "correction", "mode, s"),
 )
 
 
 def tuning_object(tuning: Any) -> dict[str, Any]:
     """A `synthesis.tune.limits.Tuning` for JSON, without what the search tried on its way."""
-    keys = ("asked", "chosen", "rows", "own", "disk_margin_off", "gamma_backoff", "order", "form")
+    keys = ("asked", "chosen", "rows", "own", "disk_margin_off", "gamma_backoff", "order", "form", "limit")
     weights = {"disturbance": weight_table(tuning.disturbance), "noise": [weight_table(form) for form in tuning.noise]}
     return {key: asdict(tuning)[key] for key in keys} | weights | {"limited_by": list(tuning.limited_by)}
 
@@ -21,8 +21,8 @@ def tuning_object(tuning: Any) -> dict[str, Any]:
 def tuning_table(tuning: Any) -> str:
     """The trade-off, the chosen row marked, and what limits it."""
     auto = tuning.auto
-    rows = [_row("", _asked(tuning, row.asked), row.found) for row in tuning.rows]
-    rows.append(_row(">", "chosen: as [auto] asks", tuning.chosen))
+    rows = [_row("", _asked(tuning, row.asked), row.found, row.limit) for row in tuning.rows]
+    rows.append(_row(">", "chosen: as [auto] asks", tuning.chosen, tuning.limit))
     if tuning.own:
         rows.append(_row("", "the spec's own weights", tuning.own))
     limits = " and ".join(tuning.limited_by) or "the number of states: no limit of [auto] binds"
@@ -46,11 +46,12 @@ def _asked(tuning: Any, limits: Any) -> str:
     return f"noise <= {limits.noise:.3g}"
 
 
-def _row(mark: str, asked: str, m: Any) -> tuple[str, ...]:
+def _row(mark: str, asked: str, m: Any, limit: float | None = None) -> tuple[str, ...]:
     return (
         mark,
         asked,
         f"{m.attenuation:.2f}",
+        f"{limit:.2f}" if limit else "",
         f"{m.disk_margin:.3f}",
         f"{m.delay_margin:.1f}",
         f"{m.noise:.3g}",

@@ -14,6 +14,7 @@ from dob_companion.artifact import DobBlock
 from dob_companion.errors import NotCertifiedError, UnsolvableError
 from dob_companion.lti.response import response
 from dob_companion.synthesis.design import design_block
+from dob_companion.synthesis.optimal.bound import AttenuationLimits
 from dob_companion.synthesis.optimal.problem import Axis, Spectrum, Wanted, attenuation
 from dob_companion.synthesis.optimal.realization import Weights, weights
 from dob_companion.synthesis.optimal.search import MOST_ORDER, ORDER, Found, Search, least_order
@@ -64,6 +65,7 @@ class _Choice:
         if (uncertain := block.uncertainty) and uncertain.synthesis == "robust":
             asked = Problem(self.plant, self.controller, one, one, delays)
             self.search.factors = factors(self.search.on, uncertain, borne(asked, uncertain), 0)
+        self.bounds = AttenuationLimits(self.axis, self.spectrum, auto.noise_rms)
 
     def _order(self) -> int:
         """States at most."""
@@ -140,8 +142,13 @@ class _Choice:
         for asked, each in zip(limits, found, strict=True):
             m = self.measured(each.observer(self.axis)) if each else None
             if m is not None and m.attenuation > HELPS:
-                rows.append(Row(asked, m))
+                rows.append(Row(asked, m, self.limit(asked)))
         return best or first, tuple(sorted(rows, key=lambda row: (row.asked.disk_margin, row.asked.noise)))
+
+    def limit(self, asked: Limits) -> float | None:
+        """No observer of any order attenuates more within these limits."""
+        limit = self.bounds.of(self.wanted(asked, 1.0))
+        return limit if np.isfinite(limit) else None
 
     def own(self) -> Measured | None:
         """The spec's own weights by the same yardstick, when it has any."""
@@ -236,4 +243,5 @@ def best_design(block: BlockSpec, dt: float, auto: AutoSpec) -> tuple[DobBlock, 
         order=order,
         limited_by=tuple(f"the {name}" for name in best.solved.binding),
         form=f"{order} states; W_d of order {len(forms.disturbance.poles)}, W_n constant",
+        limit=choice.limit(choice.asked),
     )

@@ -60,10 +60,12 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One row of the trade-off: what was asked, and the best that was found for it."""
+    """One row of the trade-off: what was asked, the best that was found for it, and `limit`, an attenuation that no
+    observer of any order exceeds within those limits; None where none is known."""
 
     asked: Limits
     found: Measured
+    limit: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +81,7 @@ class Tuning:
     gamma_backoff, order   with which they are solved: within that of gamma*, at most so many states (None: any number)
     limited_by        the limits that bind, in words
     form              the weights in words
+    limit             of the attenuation of any observer within the limits asked; None where none is known
     """
 
     name: str
@@ -95,3 +98,4 @@ class Tuning:
     order: int | None
     limited_by: tuple[str, ...]
     form: str
+    limit: float | None = None
