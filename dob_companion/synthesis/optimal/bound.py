@@ -152,15 +152,15 @@ class Dual:
         ground, M = self._ground, self._ground.on.M
         noise, at_knots = multipliers[0], np.split(multipliers[1:], len(self._limits))
         weights = [ground.hats.between(each) for each in at_knots]
-        p, q = noise * np.abs(self._heard) ** 2, np.zeros(ground.count, complex)
+        p, q = noise * np.abs(self._heard) ** 2, np.zeros(ground.count, np.complex128)
         rest = -noise - sum(float(np.mean(weight)) for weight in weights)
         limits = ((weight, *limit) for weight, limit in zip(weights, self._limits, strict=True))
         for weight, at, slope in (*ground.error, *limits):
             p += weight * np.abs(slope) ** 2
-            q += weight * np.conj(slope) * at
+            q = np.asarray(q + weight * np.conj(slope) * at, np.complex128)
             rest += float(np.mean(weight * np.abs(at) ** 2))
         factor = M * ground.circle.factor(p / np.abs(M) ** 2)
-        g = ground.circle.causal(q / np.conj(factor))
+        g = ground.circle.causal(np.asarray(q / np.conj(factor), np.complex128))
         F = -ground.circle.values(g) / factor
         excess = [ground.hats.gathered(np.abs(at + slope * F) ** 2 - 1.0) for at, slope in self._limits]
         heard = float(np.mean(np.abs(self._heard * F) ** 2)) - 1.0
