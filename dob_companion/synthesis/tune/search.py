@@ -1,4 +1,4 @@
-"""Weights searched, for coupled axes and stated uncertainty: a family of three numbers and a choice of lags.
+"""Weights searched, for coupled axes: a family of three numbers and a choice of lags.
 
 W_d is a first-order lag, used once or twice on every moment; W_n, on every rate, a first-order lead over white noise::
 
