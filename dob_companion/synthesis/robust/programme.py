@@ -75,9 +75,10 @@ def programmed(asked: Problem, uncertainty: Uncertainty, auto: AutoSpec, largest
         if safe >= width * (1.0 - FACTOR_STEP):
             break
     if best is None:
+        bears = " (without observer the loop bears no more)" if width < WIDER else ""
         raise UnsolvableError(
             f"no observer of at most {search.order} states keeps the limits of [auto] and bears {width:.3g} times the "
-            "stated uncertainty (without observer the loop bears no more)"
+            f"stated uncertainty{bears}"
         )
     return _certified(asked, axis, best[1])
 

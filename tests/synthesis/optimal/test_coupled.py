@@ -9,11 +9,13 @@ from dob_companion.lti.response import response
 from dob_companion.synthesis import zpk
 from dob_companion.synthesis.certify.certificate import Claim, certify
 from dob_companion.synthesis.optimal.coupled import Block, Programme, Row
+from dob_companion.synthesis.optimal.coupled_weights import coupled_weights
 from dob_companion.synthesis.optimal.poles import free
 from dob_companion.synthesis.optimal.problem import Spectrum, Wanted
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import stack
 from dob_companion.synthesis.plant.problem import Problem
+from dob_companion.synthesis.solve.optimum import find_optimum
 from dob_companion.synthesis.spec.spectrum import LowPass
 from tests.synthesis.paper import DT, PID, PLANT
 
@@ -57,6 +59,21 @@ def test_its_order_is_that_of_the_poles_and_its_matrices_are_what_was_solved_for
     observer = best.observer(plant)
     assert observer.nstates == 12
     assert np.allclose(response(observer, programme.angles)[:, :, :3], best.X, atol=1e-12)
+
+
+def test_its_weights_are_found_in_closed_form_and_their_optimum_is_one(coupled):
+    plant, controller, programme, best = coupled
+    observer = best.observer(plant)
+    W_d, W_n = coupled_weights(observer, 3, 1)
+    assert W_d.nstates == observer.nstates + 3
+    seen = response(observer, programme.angles)
+    X, left = seen[:, :, :3], np.eye(3) + programme.late * seen[:, :, 3:]
+    E, c = left @ response(W_d, programme.angles), W_n.D[0, 0]
+    assert np.allclose(E @ E.conj().swapaxes(1, 2) + c**2 * X @ X.conj().swapaxes(1, 2), np.eye(3), atol=1e-10)
+    problem = Problem(plant, controller, W_d, W_n, (1, 1, 1))
+    star = find_optimum(problem).gamma_star
+    assert star == pytest.approx(1.0, abs=1e-5)
+    assert certify(problem, observer, Claim(star, "both", 1.0002)).gamma == pytest.approx(1.0, abs=1e-6)
 
 
 def test_axes_as_coupled_as_these_lose_nothing_to_the_same_axes_apart(coupled):
