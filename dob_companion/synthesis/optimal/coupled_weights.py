@@ -1,7 +1,7 @@
 """The weights for which an observer of coupled axes is H-infinity optimal, in closed form.
 
-As for one axis (`realization.weights`): W_n = c, and with X = D_y, Q Q* = I - c^2 X X* (spectral factor, stable with its
-inverse) and W_d = T_f^-1 Q, for one link delay of all moments,
+As for one axis (`realization.weights`): W_n = c, and with X = D_y, Q Q* = I - c^2 X X* (spectral factor, stable with
+its inverse) and W_d = T_f^-1 Q, for one link delay of all moments,
 
     T_f W_d (T_f W_d)* + c^2 X X* = I        at every frequency.
 
@@ -58,4 +58,4 @@ def _factor(A: Array, K: Array, C: Array, k: Array) -> tuple[Array, Array]:
     size = -(R + C @ Y @ C.T)
     gain = -(A @ Y @ C.T + K @ k.T)
     Q0 = np.linalg.cholesky(size)
-    return Q0, np.asarray(linalg.solve_triangular(Q0, gain.T, lower=True).T)
+    return np.asarray(Q0, dtype=np.float64), np.asarray(linalg.solve_triangular(Q0, gain.T, lower=True).T)
