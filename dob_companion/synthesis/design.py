@@ -22,10 +22,12 @@ from dob_companion.errors import DobError, NotCertifiedError, NotConvergedError,
 from dob_companion.synthesis.certify.certificate import Claim, certify
 from dob_companion.synthesis.certify.reduction import certified_of_order
 from dob_companion.synthesis.numeric import numbers_judged
+from dob_companion.synthesis.optimal.reached import WEATHER, attenuation_findings
 from dob_companion.synthesis.plant.minimal import HIDDEN, minimal
-from dob_companion.synthesis.plant.models import to_data, to_state_space, weight_to_state_space
+from dob_companion.synthesis.plant.models import from_data, to_data, to_state_space, weight_to_state_space
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.plant.solvability import require_solvable
+from dob_companion.synthesis.plant.stored import problem_of
 from dob_companion.synthesis.robust.programme import programmed
 from dob_companion.synthesis.robust.search import robust_synthesis
 from dob_companion.synthesis.solve.optimum import Optimum, candidates, find_optimum
@@ -221,10 +223,20 @@ def assembled(spec: Spec, blocks: tuple[DobBlock, ...], created: str = "") -> Do
     return DobDesign(
         dt=spec.dt,
         delay_samples=spec.delay_samples,
-        blocks=blocks,
+        blocks=tuple(with_attenuation(block, spec.dt, spec.auto) for block in blocks),
         created=created,
         generator=f"dob-companion {dob_companion.__version__}",
     )
+
+
+def with_attenuation(block: DobBlock, dt: float, auto: AutoSpec | None) -> DobBlock:
+    """The block with what its certificate says of the attenuation, where the weather is stated and that is not done."""
+    if auto is None or WEATHER in block.certificate.extra:
+        return block
+    proof = block.certificate
+    with numbers_judged():
+        found = attenuation_findings(problem_of(block, dt), from_data(block.observer, dt), auto, proof.disk_margin)
+    return replace(block, certificate=replace(proof, extra={**proof.extra, **found}))
 
 
 def design_from_toml(

@@ -1,5 +1,6 @@
 """A design verified again from its file alone: every norm recomputed, every recorded number compared."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,9 +9,11 @@ from dob_companion.artifact import Certificate, DobBlock, DobDesign
 from dob_companion.errors import DobError, placed
 from dob_companion.synthesis.certify.certificate import Claim, certify
 from dob_companion.synthesis.numeric import numbers_judged
+from dob_companion.synthesis.optimal.reached import GAINS, attenuation_findings, recorded_weather
 from dob_companion.synthesis.plant.models import from_data
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.plant.solvability import require_solvable
+from dob_companion.synthesis.plant.stored import problem_of
 from dob_companion.synthesis.robust.analysis import FACTOR_STEP, TIGHT
 from dob_companion.synthesis.robust.search import measured_again
 from dob_companion.synthesis.solve.optimum import find_optimum
@@ -28,6 +31,13 @@ SEARCHED = {
     "robust_gamma_bound": TIGHT,
 }
 """Findings over an uncertainty, and how accurately each is searched for."""
+
+ATTENUATIONS = {
+    "attenuation": RELATIVE,
+    **{f"attenuation_at_{gain:g}": RELATIVE for gain in GAINS},
+    "attenuation_limit": 1e-3,
+}
+"""Findings of a stated weather, and how accurately each is searched for."""
 
 MEASURED = (
     "gamma",
@@ -50,18 +60,6 @@ class Finding:
     recorded: float
     measured: float
     agrees: bool
-
-
-def problem_of(block: DobBlock, dt: float) -> Problem:
-    """The stored problem of a block as python-control systems."""
-    stored = block.problem
-    return Problem(
-        plant=from_data(stored.plant, dt),
-        controller=from_data(stored.controller, dt),
-        disturbance_weight=from_data(stored.disturbance_weight, dt),
-        noise_weight=from_data(stored.noise_weight, dt),
-        delays=(block.delay_samples,) * len(block.axes),
-    )
 
 
 def verify(design: DobDesign) -> tuple[Finding, ...]:
@@ -94,7 +92,30 @@ def _findings(block: DobBlock, dt: float) -> list[Finding]:
     found = [bound, *(_compare(block.name, name, recorded, measured) for name in MEASURED)]
     if "robust_uncertainty" in recorded.extra:
         found += _verify_robustness(block, problem, dt)
-    return found
+    return found + _verify_attenuation(block, problem, dt, measured.disk_margin)
+
+
+def _verify_attenuation(block: DobBlock, problem: Problem, dt: float, disk_margin: float) -> list[Finding]:
+    """In the weather that the file states; a file that tells an attenuation must say in which."""
+    extra = block.certificate.extra
+    auto = recorded_weather(extra, dt, "certificate")
+    again = attenuation_findings(problem, from_data(block.observer, dt), auto, disk_margin) if auto else {}
+    was, now = _attenuations(extra), _attenuations(again)
+    return [
+        Finding(
+            block.name, name, was.get(name, np.nan), now.get(name, np.nan), _same(was.get(name), now.get(name), name)
+        )
+        for name in ATTENUATIONS
+        if name in was or name in now
+    ]
+
+
+def _attenuations(extra: Mapping[str, object]) -> dict[str, float]:
+    """The numbers among them; a loop that is unstable at a gain has none there."""
+    at = extra.get("attenuation_at_gains")
+    told = {f"attenuation_at_{gain}": value for gain, value in (at if isinstance(at, dict) else {}).items()}
+    told |= {name: extra[name] for name in ATTENUATIONS if name in extra}
+    return {name: float(value) for name, value in told.items() if isinstance(value, int | float)}
 
 
 def _verify_robustness(block: DobBlock, problem: Problem, dt: float) -> list[Finding]:

@@ -13,7 +13,7 @@ import numpy as np
 from dob_companion.artifact import DobBlock, DobDesign
 from dob_companion.errors import DobError, SpecError, placed
 from dob_companion.observer.missing import WEATHER, Weather, missing_in
-from dob_companion.synthesis.design import assembled
+from dob_companion.synthesis.design import assembled, with_attenuation
 from dob_companion.synthesis.numeric import numbers_judged
 from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.model_file import Reader
@@ -85,7 +85,7 @@ def designed_and_tuned(task: Task) -> tuple[DobBlock, Tuning]:
     try:
         with numbers_judged():
             designed, tuning = (best_design if alone else searched_design)(block, task.dt, task.auto)
-            return _in_its_weather(designed, task), tuning
+            return with_attenuation(_in_its_weather(designed, task), task.dt, task.auto), tuning
     except DobError as problem:
         raise placed(problem, block.where) from problem
 

@@ -1,0 +1,80 @@
+"""What a certificate says of the attenuation in a stated weather, and that `inspect` believes none of it."""
+
+from dataclasses import replace
+
+import pytest
+
+from dob_companion.artifact import dumps, loads
+from dob_companion.comparison.flight import expect
+from dob_companion.comparison.vehicle import close, no_observer
+from dob_companion.synthesis import parse_spec, verify
+from dob_companion.synthesis.design import assembled, design_block
+from dob_companion.synthesis.plant.models import from_data
+from tests.synthesis.optimal.axes import EXAMPLES, NOISE, TUNED, vehicle_of
+
+RMS = 0.0557
+WEATHER = f"""
+[auto]
+disturbance_corner_hz = 1.0
+disturbance_rms = {RMS}
+noise_rms = {NOISE}
+least_disk_margin = 0.4
+largest_noise_in_correction = 3.0e-4
+"""
+
+
+def spec_of(weather, name="pitch"):
+    spec = parse_spec((EXAMPLES / TUNED[1]).read_text(encoding="utf-8") + weather)
+    return replace(spec, blocks=tuple(block for block in spec.blocks if block.name == name))
+
+
+def designed(weather):
+    spec = spec_of(weather)
+    return assembled(spec, (design_block(spec.blocks[0], spec.dt),))
+
+
+@pytest.fixture(scope="module")
+def pitch():
+    return designed(WEATHER)
+
+
+def test_the_attenuation_is_that_of_the_closed_loops_lyapunov_equations_at_every_gain(pitch):
+    block, extra = pitch.blocks[0], pitch.blocks[0].certificate.extra
+    observer = from_data(block.observer, pitch.dt)
+    told = {1.0: extra["attenuation"], **{float(g): v for g, v in extra["attenuation_at_gains"].items()}}
+    for gain, value in told.items():
+        vehicle = vehicle_of("pitch").with_gain(gain)
+        off, on = (expect(close(vehicle, each), RMS).attitude for each in (no_observer(pitch.dt), observer))
+        assert value == pytest.approx(off / on, rel=1e-3)
+    assert set(told) == {0.7, 1.0, 1.3}
+
+
+def test_the_limit_is_what_an_independent_study_found_at_the_limits_that_the_spec_states(pitch):
+    extra = pitch.blocks[0].certificate.extra
+    assert extra["attenuation_limit"] == pytest.approx(17.70, rel=0.01)
+    assert extra["attenuation_limit_at"] == {"disk_margin": 0.4, "noise": 3.0e-4}
+
+
+def test_inspect_finds_the_same_numbers_from_the_file_alone(pitch):
+    again = {finding.name: finding for finding in verify(loads(dumps(pitch)[0]))}
+    assert all(finding.agrees for finding in again.values())
+    assert {"attenuation", "attenuation_at_0.7", "attenuation_at_1.3", "attenuation_limit"} <= set(again)
+
+
+@pytest.mark.parametrize("forged", [{"attenuation": 17.0}, {"attenuation_limit": 15.5}, {"attenuation_for": None}])
+def test_inspect_believes_no_number_that_the_matrices_do_not_have(pitch, forged):
+    block = pitch.blocks[0]
+    extra = {k: v for k, v in (dict(block.certificate.extra) | forged).items() if v is not None}
+    changed = replace(block, certificate=replace(block.certificate, extra=extra))
+    assert not all(finding.agrees for finding in verify(replace(pitch, blocks=(changed,))))
+
+
+def test_an_observer_that_takes_more_than_the_spec_allows_is_held_against_others_that_take_as_much():
+    strict = WEATHER.replace("least_disk_margin = 0.4", "least_disk_margin = 0.8").replace("3.0e-4", "1.0e-5")
+    extra = designed(strict).blocks[0].certificate.extra
+    assert extra["attenuation_limit_at"]["disk_margin"] == pytest.approx(0.4002, rel=1e-3)
+    assert extra["attenuation"] < extra["attenuation_limit"]
+
+
+def test_a_spec_that_states_no_weather_is_told_no_attenuation():
+    assert not [name for name in designed("").blocks[0].certificate.extra if name.startswith("attenuation_for")]
