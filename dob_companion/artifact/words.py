@@ -20,7 +20,11 @@ _ROWS = (
     ("missing_samples", "missing samples borne", "d"),
     ("missing_moments", "missing moments borne", "d"),
 )
-_STATED = ((LARGEST_DISTURBANCE, "largest disturbance", ".3f"),)
+_STATED = (
+    (LARGEST_DISTURBANCE, "largest disturbance", ".3f"),
+    ("attenuation", "attenuation", ".2f"),
+    ("attenuation_limit", "attenuation of any observer", ".2f"),
+)
 """Rows for what a spec need not say: shown where one does."""
 
 

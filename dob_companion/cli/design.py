@@ -96,7 +96,10 @@ def design_into(
 
 def certificate_text(design: DobDesign, tunings: "tuple[Tuning, ...]") -> str:
     """Tunings, certificates and robustness, as tables."""
-    findings = filter(None, map(robustness_words, design.blocks))
+    from dob_companion.analysis.attained import attained_words
+
+    reached = "\n".join(filter(None, (attained_words(block, design.dt) for block in design.blocks)))
+    findings = filter(None, (reached, *map(robustness_words, design.blocks)))
     return "\n\n".join([*map(tuning_table, tunings), design_table(design), *findings])
 
 

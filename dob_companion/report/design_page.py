@@ -5,9 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dob_companion.analysis.attained import attained
 from dob_companion.analysis.design import TEST_MOMENT, AxisValues, BlockValues, block_values, verdicts
 from dob_companion.artifact import DobBlock, DobDesign, StateSpaceData
 from dob_companion.report import bode_charts, design_charts
+from dob_companion.report.attained_bar import AttainedBar, attained_bar
 from dob_companion.report.claims import Claim, claims, further
 from dob_companion.report.draw import alone
 from dob_companion.report.page import PageFigure, figure, render
@@ -34,6 +36,7 @@ class BlockSection:
     responses: list[PageFigure]
     margins: list[PageFigure]
     tuning: list[PageFigure]
+    attained: AttainedBar | None
 
 
 def design_page(design: DobDesign, tunings: Sequence[Tuning] = ()) -> str:
@@ -94,7 +97,7 @@ def certificate_row(block: DobBlock) -> dict[str, str]:
 
 def _section(block: DobBlock, index: int, dt: float) -> BlockSection:
     key = f"b{index}"
-    values = block_values(block, dt)
+    values, found = block_values(block, dt), attained(block, dt)
     return BlockSection(
         key=key,
         name=block.name,
@@ -108,6 +111,7 @@ def _section(block: DobBlock, index: int, dt: float) -> BlockSection:
         responses=_response_figures(key, values),
         margins=[*_margin_figures(key, block, values), *robust_figures(key, block, values.bands)],
         tuning=[],
+        attained=attained_bar(f"{key}-attained", found) if found else None,
     )
 
 

@@ -101,13 +101,13 @@ def _verify_attenuation(block: DobBlock, problem: Problem, dt: float, disk_margi
     auto = recorded_weather(extra, dt, "certificate")
     again = attenuation_findings(problem, from_data(block.observer, dt), auto, disk_margin) if auto else {}
     was, now = _attenuations(extra), _attenuations(again)
-    return [
-        Finding(
-            block.name, name, was.get(name, np.nan), now.get(name, np.nan), _same(was.get(name), now.get(name), name)
-        )
-        for name in ATTENUATIONS
-        if name in was or name in now
-    ]
+    found = []
+    for name, share in ATTENUATIONS.items():
+        if name in was or name in now:
+            recorded, measured = was.get(name, np.nan), now.get(name, np.nan)
+            same = bool(np.isclose(recorded, measured, rtol=share))
+            found.append(Finding(block.name, name, recorded, measured, same))
+    return found
 
 
 def _attenuations(extra: Mapping[str, object]) -> dict[str, float]:

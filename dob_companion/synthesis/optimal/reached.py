@@ -22,7 +22,7 @@ from dob_companion.synthesis.plant.loop import close_loop
 from dob_companion.synthesis.plant.models import stack
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.spec.auto import AutoSpec, parse_auto
-from dob_companion.synthesis.spec.spectrum import Band, Dryden, Measured, Shape
+from dob_companion.synthesis.spec.spectrum import Band, Dryden, LowPass, Measured, Shape
 from dob_companion.toml import Table
 
 Array = NDArray[np.float64]
@@ -116,7 +116,9 @@ def _shape_record(shape: Shape) -> dict[str, object]:
         return {"disturbance_dryden": {"wind_m_s": shape.wind_m_s, "length_m": shape.length_m}}
     if isinstance(shape, Measured):
         return {"disturbance_spectrum": {"hz": list(shape.hz), "power": list(shape.power)}}
-    return {"disturbance_corner_hz": shape.corner_hz}
+    if isinstance(shape, LowPass):
+        return {"disturbance_corner_hz": shape.corner_hz}
+    raise TypeError(f"a spectrum that no [auto] table states: {shape}")
 
 
 def _taken(observer: Any, auto: AutoSpec, disk_margin: float) -> Wanted:

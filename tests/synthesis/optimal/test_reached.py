@@ -4,9 +4,12 @@ from dataclasses import replace
 
 import pytest
 
+from dob_companion.analysis.attained import attained, attained_words
 from dob_companion.artifact import dumps, loads
 from dob_companion.comparison.flight import expect
 from dob_companion.comparison.vehicle import close, no_observer
+from dob_companion.report.attained_bar import WIDTH, attained_bar
+from dob_companion.report.design_page import design_page
 from dob_companion.synthesis import parse_spec, verify
 from dob_companion.synthesis.design import assembled, design_block
 from dob_companion.synthesis.plant.models import from_data
@@ -78,3 +81,16 @@ def test_an_observer_that_takes_more_than_the_spec_allows_is_held_against_others
 
 def test_a_spec_that_states_no_weather_is_told_no_attenuation():
     assert not [name for name in designed("").blocks[0].certificate.extra if name.startswith("attenuation_for")]
+
+
+def test_it_is_told_in_words_and_drawn_as_one_bar_that_ends_where_every_observer_does(pitch):
+    block = pitch.blocks[0]
+    assert "15.4 times smaller. No observer with a disk margin of 0.4" in attained_words(block, pitch.dt)
+    bar = attained_bar("b0-attained", attained(block, pitch.dt))
+    assert bar.limit == WIDTH
+    assert bar.reached == pytest.approx(
+        WIDTH * (15.43 - 1.0) / (block.certificate.extra["attenuation_limit"] - 1.0), 1e-3
+    )
+    page = design_page(pitch)
+    assert "87 % of what is possible" in page
+    assert 'class="attained"' in page
