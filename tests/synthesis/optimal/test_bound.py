@@ -83,7 +83,7 @@ def test_it_holds_for_any_multipliers_at_all():
 
 
 def test_its_slope_is_that_of_its_values():
-    dual = Dual(Ground(axis_of("yaw"), weather_of("yaw"), NOISE, 2**12), wanted("yaw", peak=0.8))
+    dual = Dual(Ground(axis_of("yaw"), weather_of("yaw"), NOISE, 2**15), wanted("yaw", peak=0.8))
     rng = np.random.default_rng(2)
     at = 1e-4 * rng.random(dual.size)
     to = at * rng.standard_normal(dual.size)
