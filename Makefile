@@ -1,10 +1,10 @@
 # Everything runs in a virtual environment of its own (.venv) with the versions pinned in constraints.txt.
 #   make demo    design, fly and switch the paper's observer; results in dob-demo/
-#   make test    the tests, in two processes: JOBS=4 for four
-#   make quick   those that take less than half a second each: what to run between two edits
+#   make test    the tests, in three processes (many wait, for a second of real time to pass): JOBS=4 for four
+#   make quick   those that take less than a quarter of a second each: what to run between two edits
 #   make slow    measure again which tests those leave out (tests/slow.txt)
 #   make check   lint, types, import floors
-#   make proof   long campaigns and the tables of the docs
+#   make proof   long campaigns, all examples of each property, and the tables of the docs
 #   make paper   the paper's figures beside ours: docs/paper.md
 #   make fuzz    coverage-guided fuzzing: FUZZ_ARGS="300 codec" for one target, 300 s
 #   make bench   measurements, as ratios taken in one run
@@ -25,8 +25,8 @@ demo: $(VENV)/.demo
 	$(BIN)/dob-companion demo $(DEMO_ARGS)
 
 # A file's tests share a process, and with it what its fixtures build.
-JOBS ?= 2
-PYTEST = $(BIN)/python -m pytest -n $(JOBS) --dist loadfile
+JOBS ?= 3
+PYTEST = $(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder
 
 test: $(VENV)/.dev
 	$(PYTEST) -m "not proof" $(TEST_ARGS)
@@ -45,7 +45,7 @@ check: $(VENV)/.dev
 	$(BIN)/lint-imports
 
 proof: $(VENV)/.dev
-	$(BIN)/python -m pytest -m proof $(TEST_ARGS)
+	$(BIN)/python -m pytest -m "proof or hypothesis" --hypothesis-profile=proof $(TEST_ARGS)
 
 fuzz: $(VENV)/.dev
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[fuzz]'

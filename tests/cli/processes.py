@@ -1,6 +1,7 @@
 """The real program as a process, and a vehicle's end of a UDP link to talk to it."""
 
 import contextlib
+import io
 import os
 import select
 import socket
@@ -9,6 +10,8 @@ import sys
 import time
 
 from pymavlink.dialects.v20 import common as mav
+
+from dob_companion.cli.main import main
 
 PATIENCE_S = 120.0
 """What hangs is given up after so long. Whatever is waited for is an event: how long it takes proves nothing."""
@@ -24,6 +27,16 @@ def run_cli(*arguments, timeout=PATIENCE_S, cwd=None):
         cwd=cwd,
         check=False,
     )
+
+
+def run_here(*arguments):
+    """The same within this process, for what ends before it has begun anything: no interpreter to start."""
+    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as err:
+        try:
+            code = main([*map(str, arguments)])
+        except SystemExit as left:
+            code = left.code
+    return subprocess.CompletedProcess(arguments, code, out.getvalue(), err.getvalue())
 
 
 def one_line(finished):

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from dob_companion.synthesis.spec.parse import parse_spec
-from tests.cli.processes import one_line, run_cli
+from tests.cli.processes import one_line, run_cli, run_here
 from tests.clients.processes import process
 from tests.ports import free_port
 
@@ -49,14 +49,14 @@ def test_the_plant_is_found_over_the_link_with_its_interval_and_is_a_spec_that_d
 def test_the_same_log_says_the_same_and_that_the_papers_model_holds(identified, tmp_path):
     out, told = identified
     log = out / "excitation" / "excite.tlog"
-    again = run_cli("identify", "--log", log, "--axis", "pitch", "-o", tmp_path, "--controller", PAPER, "--json")
+    again = run_here("identify", "--log", log, "--axis", "pitch", "-o", tmp_path, "--controller", PAPER, "--json")
     assert json.loads(again.stdout)["axes"] == told["axes"]
     design = tmp_path / "design.json"
     text = PAPER.read_text(encoding="utf-8")
     head, pitch = text.partition("[[block]]")[0], text.partition("[[block]]")[2].partition("[[block]]")[0]
     (tmp_path / "pitch.toml").write_text(f"{head}[[block]]{pitch}", encoding="utf-8")
-    assert run_cli("design", tmp_path / "pitch.toml", "-o", tmp_path).returncode == 0
-    checked = run_cli("check", "--log", log, "--design", design, "--json")
+    assert run_here("design", tmp_path / "pitch.toml", "-o", tmp_path).returncode == 0
+    checked = run_here("check", "--log", log, "--design", design, "--json")
     assert checked.returncode == 0, checked.stderr + checked.stdout
     axis = json.loads(checked.stdout)["axes"]["pitch"]
     assert axis["holds"]
@@ -67,14 +67,14 @@ def test_the_same_log_says_the_same_and_that_the_papers_model_holds(identified, 
 def test_without_the_controllers_there_is_a_model_but_no_spec_and_it_says_what_to_give(identified, tmp_path):
     out, _ = identified
     log = out / "excitation" / "excite.tlog"
-    finished = run_cli("identify", "--log", log, "--axis", "pitch", "-o", tmp_path)
+    finished = run_here("identify", "--log", log, "--axis", "pitch", "-o", tmp_path)
     assert "no parameters of the autopilot in it" in finished.stdout
     assert "--params FILE, or --controller SPEC.toml" in finished.stdout
     assert not (tmp_path / "spec.toml").exists()
 
 
 def test_a_file_that_is_no_log_is_one_line(tmp_path):
-    finished = run_cli("identify", "--log", PAPER, "-o", tmp_path / "out")
+    finished = run_here("identify", "--log", PAPER, "-o", tmp_path / "out")
     assert finished.returncode == 2
     assert str(PAPER) in one_line(finished)
     assert not (tmp_path / "out").exists()

@@ -11,7 +11,7 @@ import pytest
 
 from dob_companion.artifact import dumps, sha256_of
 from dob_companion.cli.main import main
-from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, one_line, run_cli
+from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon, one_line, run_cli, run_here
 from tests.companion.aircraft import small_design
 from tests.ports import free_port
 
@@ -76,7 +76,7 @@ def stopped(process, vehicle):
 def test_a_signal_before_any_vehicle_ends_at_once(design, number):
     with daemon(design, free_port()) as process:
         process.send_signal(number)
-        assert process.wait(10) == (0 if number == signal.SIGTERM else 130)
+        assert process.wait(PATIENCE_S) == (0 if number == signal.SIGTERM else 130)
 
 
 def test_events_and_status_come_as_json_lines_when_asked(design):
@@ -138,7 +138,7 @@ def test_a_design_edited_by_hand_is_refused(design, change, words):
     ],
 )
 def test_an_unfit_design_is_refused_by_name_even_with_a_right_hash(design, change, words):
-    finished = run_cli("run", "--design", altered(design, change), "--timeout", "1")
+    finished = run_here("run", "--design", altered(design, change), "--timeout", "1")
     assert finished.returncode == 2
     assert words in one_line(finished)
 
@@ -147,7 +147,7 @@ def test_an_unfit_design_is_refused_by_name_even_with_a_right_hash(design, chang
 def test_a_file_that_is_no_design_is_one_line(tmp_path, content):
     path = tmp_path / "design.json"
     path.write_bytes(content)
-    finished = run_cli("run", "--design", path)
+    finished = run_here("run", "--design", path)
     assert finished.returncode == 2
     assert "design.json" in one_line(finished)
 

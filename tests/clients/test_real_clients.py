@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from dob_companion.companion import PARAMETERS
+from tests.cli.processes import PATIENCE_S
 from tests.clients.processes import ROOT, MavProxy, flying
 from tests.ports import free_port
 from tests.recorder.flights import wait_until
@@ -66,5 +67,5 @@ def test_ctrl_c_while_mavsdk_looks_for_a_vehicle_ends_at_once_and_in_order():
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         wait_until(lambda: f":{port:04X} " in Path("/proc/net/udp").read_text())  # it listens
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=PATIENCE_S)
     assert (process.returncode, errors) == (130, "")

@@ -11,6 +11,7 @@ from dob_companion.companion import Companion, CompanionConfig
 from dob_companion.supervisor import State
 from tests.companion.aircraft import DT, Kept, corrections, small_design, texts
 from tests.companion.takeup import DT_US, TakeUp, TakingAircraft
+from tests.effort import examples
 
 WIND = 0.1
 
@@ -175,7 +176,7 @@ def test_a_cut_to_the_vehicle_that_a_cut_from_it_follows_is_reckoned_as_one():
 flights = given(st.lists(spells, max_size=12), st.integers(0, 2**32 - 1))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @flights
 def test_whatever_the_link_does_nothing_but_zero_reaches_a_vehicle_that_has_timed_out_until_a_ramp_in(flight, seed):
     judged(flight, seed)

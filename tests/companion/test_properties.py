@@ -11,6 +11,7 @@ from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.supervisor import State
 from tests.companion.aircraft import DT, Aircraft, Kept, aircraft, corrections
+from tests.effort import examples
 
 wild = st.one_of(
     st.floats(-3, 3, width=32), st.sampled_from([float("nan"), float("inf"), -float("inf"), 1e30, -1e30, 0.0])
@@ -63,7 +64,7 @@ def active():
     return Kept(aircraft().active())
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.lists(actions, max_size=25))
 def test_a_correction_is_finite_limited_slow_and_zero_unless_injecting(sequence):
     plane = active().again()
@@ -92,7 +93,7 @@ def test_a_correction_is_finite_limited_slow_and_zero_unless_injecting(sequence)
     assert State(int(plane.companion.parameters["DOB_STATE"])) is plane.companion.status().state
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.binary(max_size=400))
 def test_bytes_from_anywhere_never_raise(data):
     plane = aircraft()
@@ -106,7 +107,7 @@ def plane_in_flight():
     return aircraft().active()
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(st.integers(0, 400), st.integers(0, 255), st.floats(-1, 1, width=32))
 def test_a_corrupted_message_is_dropped_whole(plane_in_flight, position, value, rate):
     plane = plane_in_flight

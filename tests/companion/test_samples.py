@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from dob_companion.companion.samples import Arrival, Samples
 from dob_companion.observer import Missing
+from tests.effort import examples
 
 DT_US = 4000
 
@@ -103,7 +104,7 @@ def test_a_moment_between_gyro_stamps_acts_from_its_own_stamp_on(offset):
     assert samples.counters.late == 0
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(st.lists(st.integers(1500, 5900), min_size=50, max_size=200), st.integers(0, 2**32 - 1))
 def test_the_integral_of_the_moment_is_kept_on_any_stamps(steps, seed):
     stamps = np.cumsum(steps)

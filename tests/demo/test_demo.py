@@ -171,26 +171,34 @@ at_least = 1.5
 )
 
 
-def test_a_scenario_is_flown_with_its_checks_and_one_that_is_missed_is_exit_1(tmp_path):
-    """Pitch has an observer, roll has none: its check is missed, and all files are there all the same."""
-    (tmp_path / "short.toml").write_text(SHORT)
-    text = (EXAMPLES / "tailsitter_paper.toml").read_text(encoding="utf-8")
-    head, pitch, *_ = text.split("[[block]]")
-    (tmp_path / "pitch.toml").write_text(f"{head}[[block]]{pitch}")
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "result.json").write_text("of an earlier flight")
+@pytest.fixture(scope="module")
+def agile(tmp_path_factory):
+    """Pitch three times as agile under a third of the gain, in a scenario of its own with checks."""
+    directory = tmp_path_factory.mktemp("agile")
+    (directory / "short.toml").write_text(SHORT)
+    head, pitch, *_ = (EXAMPLES / "tailsitter_paper.toml").read_text(encoding="utf-8").split("[[block]]")
+    pitch = pitch.replace("0.14131", "0.42393").replace("0.9002", "0.30007")
+    (directory / "agile.toml").write_text(f"{head}[[block]]{pitch}")
+    (directory / "out").mkdir()
+    (directory / "out" / "result.json").write_text("of an earlier flight")
     finished = run_cli(
-        "demo", "--fast", "-o", "out", "--scenario", "short.toml", "--spec", "pitch.toml",
-        timeout=None, cwd=tmp_path,
+        "demo", "--fast", "-o", "out", "--scenario", "short.toml", "--spec", "agile.toml",
+        timeout=None, cwd=directory,
     )  # fmt: skip
+    return directory / "out", finished
+
+
+def test_a_scenario_is_flown_with_its_checks_and_one_that_is_missed_is_exit_1(agile):
+    """Pitch has an observer, roll has none: its check is missed, and all files are there all the same."""
+    out, finished = agile
     assert finished.returncode == 1
     assert "1 of 2 checks failed: rms_ratio roll" in finished.stderr.splitlines()[-1]
     verdicts = {tuple(line.split()[:2]): line.split()[-1] for line in finished.stdout.splitlines()}
     assert verdicts["rms_ratio", "pitch"] == "ok"
     assert verdicts["rms_ratio", "roll"] == "FAILED"
-    result = json.loads((tmp_path / "out" / "result.json").read_text())
+    result = json.loads((out / "result.json").read_text())
     assert result["scenario"] == "short"
-    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    page = (out / "report.html").read_text(encoding="utf-8")
     assert "The paper shows the three attitude errors" not in page
     assert "rms_ratio roll" in page
 
@@ -210,22 +218,14 @@ def test_what_the_demo_cannot_fly_is_one_line_and_nothing_is_written(tmp_path, a
     assert not (tmp_path / "out").exists()
 
 
-def test_a_spec_of_another_aircraft_is_flown_with_its_own_plant_and_controllers(tmp_path):
-    """Pitch three times as agile under a third of the gain; what the design lacks flies the tail-sitter's axes."""
-    (tmp_path / "short.toml").write_text(SHORT.partition("[[check]]")[0])
-    head, pitch, *_ = (EXAMPLES / "tailsitter_paper.toml").read_text(encoding="utf-8").split("[[block]]")
-    agile = pitch.replace("0.14131", "0.42393").replace("0.9002", "0.30007")
-    (tmp_path / "agile.toml").write_text(f"{head}[[block]]{agile}")
-    finished = run_cli(
-        "demo", "--fast", "-o", "out", "--scenario", "short.toml", "--spec", "agile.toml",
-        timeout=None, cwd=tmp_path,
-    )  # fmt: skip
-    assert finished.returncode == 0, finished.stderr
-    assert json.loads((tmp_path / "out" / "result.json").read_text())["axes"]["pitch"]["rms_ratio"] > 1.5
-    assert "design.json says nothing of roll, yaw" in (tmp_path / "out" / "vehicle.log").read_text()
-    (block,) = json.loads((tmp_path / "out" / "design.json").read_text())["blocks"]
+def test_a_spec_of_another_aircraft_is_flown_with_its_own_plant_and_controllers(agile):
+    """What the design lacks flies the tail-sitter's axes."""
+    out, _ = agile
+    assert json.loads((out / "result.json").read_text())["axes"]["pitch"]["rms_ratio"] > 1.5
+    assert "design.json says nothing of roll, yaw" in (out / "vehicle.log").read_text()
+    (block,) = json.loads((out / "design.json").read_text())["blocks"]
     A, B, C = (np.array(block["problem"]["plant"][name]) for name in "ABC")
-    with np.load(tmp_path / "out" / "flight.npz") as flight:
+    with np.load(out / "flight.npz") as flight:
         rows = flight["window"] == 1
         moment, rate = (flight["u_e"] + flight["disturbance"])[rows, 1], flight["rate"][rows, 1]
     seen = np.vstack([C @ np.linalg.matrix_power(A, k) for k in range(len(A))])

@@ -62,12 +62,11 @@ class Campaign:
         self._sample_began = 0.0
         self._phase = self.rng.uniform(0, 6, 3)
 
-    def fly(self, seconds):
-        """One campaign of so many simulated seconds."""
+    def fly(self, seconds, kinds=tuple(KINDS)):
+        """One campaign of so many simulated seconds, the faults of these kinds by turns."""
         self._until(State.TRACKING, wish=False)
         self._operator(1.0)
         self._until(State.ACTIVE)
-        kinds = list(KINDS)
         number = 0
         while self._now < seconds:
             self._one(kinds[number % len(kinds)])

@@ -43,7 +43,7 @@ def test_an_hour_of_faults_makes_no_correction_from_bad_data():
 def test_the_oracle_finds_a_companion_that_listens_to_strangers(monkeypatch):
     ours = Codec._by_profile
     monkeypatch.setattr(Codec, "_by_profile", lambda self, _system, *frame: ours(self, self.system, *frame))
-    assert Campaign(1).fly(60.0).oracle.wrong
+    assert Campaign(1).fly(10.0, ["hostile second system"]).oracle.wrong
 
 
 @pytest.mark.parametrize(

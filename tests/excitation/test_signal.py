@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from dob_companion.cli import excite
 from dob_companion.errors import InputError
 from dob_companion.excitation.signal import CHIRP, KINDS, Excitation, table
+from tests.effort import examples
 
 DT = 0.004
 
@@ -29,7 +30,7 @@ def test_the_command_line_names_the_signals():
     seed=st.integers(0, 2**31),
     axis=st.integers(0, 2),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_the_peak_is_the_amplitude_and_the_same_seed_gives_the_same_signal(kind, amplitude, seconds, seed, axis):
     signal = Excitation(kind=kind, seconds=seconds, seed=seed)
     values = table(signal, amplitude, DT, axis)

@@ -1,7 +1,7 @@
 """How often the truth lies in what is reported: a tail-sitter with a flexible mode, wind, noise and a late link.
 
 The true response must lie within the model's bound at all of LOOKED_AT_HZ, more than was excited, in at least 95 of 100
-flights, for each axis. A few flights are in the ordinary tests, all of them in `make proof`.
+flights, for each axis. One flight is in the ordinary tests, all of them in `make proof`.
 """
 
 import numpy as np
@@ -49,10 +49,9 @@ def inside(found, axis):
 
 
 def test_the_truth_lies_in_the_bound_of_every_axis():
-    for seed in range(3):
-        found = flight(seed)
-        assert found.usable == tuple(AXES), {axis: one.why for axis, one in found.axes.items()}
-        assert all(inside(found, axis)[0] for axis in AXES)
+    found = flight(0)
+    assert found.usable == tuple(AXES), {axis: one.why for axis, one in found.axes.items()}
+    assert all(inside(found, axis)[0] for axis in AXES)
 
 
 @pytest.mark.proof

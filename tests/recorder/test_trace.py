@@ -26,6 +26,7 @@ from dob_companion.files.trace import (
 )
 from dob_companion.flightlog.replay import Replay
 from tests.companion.aircraft import small_design
+from tests.effort import examples
 from tests.recorder.flights import recorded, run
 
 
@@ -182,7 +183,7 @@ class Deaf:
         return lambda *_: None
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.lists(st.binary(max_size=60), max_size=6), st.integers(1, 50))
 def test_made_up_frames_are_damage_or_one_line(payloads, size):
     data = packed(payloads)
@@ -193,7 +194,7 @@ def test_made_up_frames_are_damage_or_one_line(payloads, size):
     assert not ending.torn
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.binary(max_size=300))
 def test_bytes_from_anywhere_are_no_trace(data):
     with pytest.raises(InputError, match="made up"):

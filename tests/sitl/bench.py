@@ -11,6 +11,8 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from tests.cli.processes import PATIENCE_S
+
 SHORT = """
 title = "short"
 hover_altitude_m = 1.0
@@ -111,7 +113,7 @@ class Sitl:
     def finish(self) -> tuple[int, str]:
         """Serve to the end; exit code and stderr."""
         self.run()
-        _, err = self.process.communicate(timeout=20)
+        _, err = self.process.communicate(timeout=PATIENCE_S)
         return self.process.returncode, err
 
     def _companion(self) -> None:

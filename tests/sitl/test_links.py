@@ -9,6 +9,7 @@ import pytest
 from sitl.errors import LinkBusyError, LinkUrlError
 from sitl.links import Link, open_link, other_end, parse_url, wait
 from sitl.pace import CATCH_UP, Pace
+from tests.cli.processes import PATIENCE_S
 from tests.ports import free_port
 
 DT = 0.004
@@ -113,7 +114,7 @@ def test_tcp_serves_one_client_after_another():
     link = open_link(f"tcp:127.0.0.1:{port}")
     link.send(b"nobody there yet")
     for word in (b"first", b"second"):
-        with socket.create_connection(("127.0.0.1", port), timeout=5.0) as client:
+        with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as client:
             client.sendall(word)
             assert receive(link) == word
             link.send(b"back")
@@ -125,7 +126,7 @@ def test_tcp_serves_one_client_after_another():
 def test_a_tcp_client_that_does_not_keep_up_misses_whole_datagrams_and_keeps_its_connection():
     port = free_port(socket.SOCK_STREAM)
     link = open_link(f"tcp:127.0.0.1:{port}")
-    with socket.create_connection(("127.0.0.1", port), timeout=5.0) as client:
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as client:
         client.sendall(b"here")
         assert receive(link) == b"here"
         for k in range(MANY):
@@ -144,10 +145,10 @@ def test_a_tcp_client_that_does_not_keep_up_misses_whole_datagrams_and_keeps_its
 def test_a_new_tcp_client_replaces_the_old():
     port = free_port(socket.SOCK_STREAM)
     link = open_link(f"tcp:127.0.0.1:{port}")
-    with socket.create_connection(("127.0.0.1", port), timeout=5.0) as old:
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as old:
         old.sendall(b"old")
         assert receive(link) == b"old"
-        with socket.create_connection(("127.0.0.1", port), timeout=5.0) as new:
+        with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as new:
             new.sendall(b"new")
             assert receive(link) == b"new"
             assert old.recv(100) == b""

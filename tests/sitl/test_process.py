@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
+from tests.cli.processes import PATIENCE_S
 from tests.sitl.bench import Sitl, short_scenario
 
 LOCKSTEP = ("--clock", "lockstep")
@@ -101,7 +102,7 @@ def test_a_flight_whose_notes_nobody_reads_any_more_is_flown_to_its_end_and_anot
     with Sitl(short_scenario(tmp_path), *LOCKSTEP, "--seed", "4", "-o", str(tmp_path / "out")) as sitl:
         sitl.process.stderr.close()
         sitl.run()
-        assert sitl.process.wait(20) == 0
+        assert sitl.process.wait(PATIENCE_S) == 0
         sitl.process.stderr = None
     assert json.loads((tmp_path / "out" / "result.json").read_text())["samples"] == 500
     assert without_repeats(sitl.pairs) != without_repeats(flown[0].pairs)

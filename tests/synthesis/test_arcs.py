@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from dob_companion.lti.response import gains, response
 from dob_companion.synthesis import zpk
 from dob_companion.synthesis.norms.arcs import Arcs, gain_bracket
+from tests.effort import examples
 from tests.synthesis.problems import random_plant
 
 
@@ -27,7 +28,7 @@ def systems(draw):
 
 
 @given(systems(), st.floats(0.0, np.pi), st.floats(-6.0, 0.0), st.booleans())
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=examples(150), deadline=None, derandomize=True)
 def test_no_gain_on_an_arc_exceeds_its_ceiling(system, middle, log_half, scaled):
     half = 10.0**log_half
     rng = np.random.default_rng(1)
@@ -40,7 +41,7 @@ def test_no_gain_on_an_arc_exceeds_its_ceiling(system, middle, log_half, scaled)
 
 
 @given(systems())
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=examples(40), deadline=None, derandomize=True)
 def test_the_bracket_holds_the_peak_of_a_dense_grid_and_is_narrow(system):
     found = gain_bracket(system, 1e-9)
     assert found.converged

@@ -19,6 +19,7 @@ from dob_companion.synthesis.solve.dual import lower_bound
 from dob_companion.synthesis.solve.optimum import find_optimum
 from dob_companion.synthesis.solve.riccati import bracket_gamma_star
 from dob_companion.synthesis.solve.scaling import whitened
+from tests.effort import examples
 from tests.synthesis import paper
 from tests.synthesis.nehari import Nehari
 from tests.synthesis.problems import random_problem
@@ -55,7 +56,7 @@ def reached(white):
 
 
 @given(seed=st.integers(0, 10**6), rank=st.integers(1, 4), size=st.floats(-3, 3))
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=examples(40), deadline=None, derandomize=True)
 def test_no_multiplier_proves_more_than_is_true(white, reached, seed, rank, size):
     rng = np.random.default_rng(seed)
     n, q = white.B.shape

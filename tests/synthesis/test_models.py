@@ -11,6 +11,7 @@ from dob_companion.lti.response import response
 from dob_companion.synthesis import synthesize
 from dob_companion.synthesis.plant.models import polynomial, to_state_space, zpk
 from dob_companion.synthesis.spec.parse import Entries, Matrices, Model, Polynomial, Zpk
+from tests.effort import examples
 from tests.synthesis.paper import PID, PLANT, W_D, W_N
 
 ANGLES = np.linspace(0.02, 3.1, 40)
@@ -34,7 +35,7 @@ pair = st.tuples(st.floats(-0.9, 0.9), st.floats(0.01, 0.4))
 
 
 @given(st.lists(pair, max_size=3), st.lists(real, max_size=4), st.lists(pair, max_size=3), st.lists(real, max_size=3))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_zpk_has_the_response_of_its_factors(pole_pairs, poles, zero_pairs, zeros):
     p, z = roots(pole_pairs, poles), roots(zero_pairs, zeros)
     if len(z) > len(p):

@@ -28,6 +28,7 @@ from dob_companion.synthesis.robust.destabilize import all_pass, band_pass, dest
 from dob_companion.synthesis.robust.interconnection import interconnect
 from dob_companion.synthesis.spec.uncertainty import ChannelUncertainty, Interval, Mode, Uncertainty, parse_uncertainty
 from dob_companion.toml import Table
+from tests.effort import examples
 from tests.synthesis.optimal.axes import vehicle_of, weather_of
 from tests.synthesis.paper import DT, PID, PLANT, W_D, W_N
 
@@ -130,7 +131,7 @@ def test_an_uncertain_pole_must_be_one_of_the_plant(nominal):
 # --- the cover -------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(
     gain=st.floats(0.0, 0.9),
     pole=st.floats(-0.9, 0.9),

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from dob_companion.view.page import EVENTS, MOMENTS, MOST_CONNECTIONS, MOST_STREAMS, PAGE, Board, StatusServer
-from tests.cli.processes import daemon, one_line, run_cli
+from tests.cli.processes import PATIENCE_S, daemon, one_line, run_cli
 from tests.ports import free_port
 from tests.report.html import Page
 from tests.view.watching import get, stream
@@ -157,7 +157,7 @@ def test_the_daemon_serves_it_on_loopback_only_and_not_unless_asked(design):
         assert get(page)[0] == 200
         assert listening_on(page) == {"0100007F"}  # 127.0.0.1
         process.terminate()
-        assert process.wait(10) == 0
+        assert process.wait(PATIENCE_S) == 0
     assert listening_on(page) == set()
     with daemon(design, free_port()) as process:
         assert not Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()

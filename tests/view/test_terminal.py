@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from dob_companion.view.drawing import bar
-from tests.cli.processes import UdpVehicle, daemon
+from tests.cli.processes import PATIENCE_S, UdpVehicle, daemon
 from tests.ports import free_port
 from tests.view.watching import shown
 
@@ -46,7 +46,7 @@ def test_a_vehicle_that_has_gone_is_shown_as_gone(design):
         terminal.wait_for(r"vehicle last heard \d+ s ago *\nvehicle 1  0.0 of 250 Hz  delay unknown, designed for 1\n")
         terminal.wait_for(r"roll +│ +d_hat \+0.0000  correction \+0.0000")
         process.terminate()
-        assert process.wait(10) == 0
+        assert process.wait(PATIENCE_S) == 0
 
 
 def test_a_terminal_that_stands_still_does_not_keep_the_loop_from_answering(design):
@@ -103,7 +103,7 @@ def test_without_rich_a_terminal_gets_plain_lines(design, tmp_path, monkeypatch)
     with shown(design, free_port()) as (process, terminal):
         terminal.wait_for(r"\d\d:\d\d:\d\d info     listening on udpin")
         process.terminate()
-        assert process.wait(10) == 0
+        assert process.wait(PATIENCE_S) == 0
         while terminal.read(1.0):
             pass
     assert "────" not in terminal.text

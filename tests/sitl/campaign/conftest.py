@@ -8,6 +8,7 @@ import pytest
 
 from dob_companion.artifact import dumps
 from dob_companion.synthesis import design_from_toml
+from tests.shared import built_once
 from tests.sitl.campaign.processes import arguments, run
 
 SHORT = """
@@ -28,9 +29,12 @@ settle_s = 1.0
 @pytest.fixture(scope="session")
 def design(tmp_path_factory) -> Path:
     spec = Path(__file__).parents[3] / "examples" / "tailsitter_paper.toml"
-    path = tmp_path_factory.mktemp("design") / "paper.json"
-    path.write_text(dumps(design_from_toml(spec.read_text("utf-8"), str(spec), "2026-01-01T00:00:00Z"))[0])
-    return path
+
+    def build(directory: Path) -> None:
+        design = design_from_toml(spec.read_text("utf-8"), str(spec), "2026-01-01T00:00:00Z")
+        (directory / "paper.json").write_text(dumps(design)[0])
+
+    return built_once(tmp_path_factory, "campaign-design", build) / "paper.json"
 
 
 @pytest.fixture(scope="session")
@@ -44,7 +48,12 @@ def short(tmp_path_factory) -> Path:
 @pytest.fixture(scope="session")
 def flown(design, short, tmp_path_factory):
     """Directory, summary and rows of a campaign that nobody disturbed."""
-    out = tmp_path_factory.mktemp("campaign") / "dir"
-    finished = run(arguments(design, short, out, "--processes", 2, "--json"))
-    assert finished.returncode == 0, finished.stderr
-    return out, json.loads(finished.stdout), pq.read_table(out / "flights.parquet").to_pylist()
+
+    def build(directory: Path) -> None:
+        finished = run(arguments(design, short, directory / "dir", "--processes", 2, "--json"))
+        assert finished.returncode == 0, finished.stderr
+        (directory / "summary.json").write_text(finished.stdout)
+
+    there = built_once(tmp_path_factory, "campaign", build)
+    out = there / "dir"
+    return out, json.loads((there / "summary.json").read_text()), pq.read_table(out / "flights.parquet").to_pylist()

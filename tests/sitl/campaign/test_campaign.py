@@ -8,6 +8,7 @@ import numpy as np
 import psutil
 import pytest
 
+from tests.cli.processes import PATIENCE_S
 from tests.sitl.campaign.processes import COMMAND, FLIGHTS, arguments, kept, run, wait_for
 
 
@@ -70,7 +71,7 @@ def test_killed_and_started_again_it_flies_only_what_is_missing_and_ends_the_sam
         wait_for(lambda: len(kept(out)) >= 3, process)
         workers = psutil.Process(process.pid).children(recursive=True)
         process.send_signal(signal.SIGKILL)
-    assert not psutil.wait_procs(workers, timeout=20)[1], "workers outlive a campaign that was killed"
+    assert not psutil.wait_procs(workers, timeout=PATIENCE_S)[1], "workers outlive a campaign that was killed"
     before = len(kept(out))
     assert before < FLIGHTS
     again = run(command)
@@ -91,6 +92,6 @@ def test_a_worker_process_that_is_killed_costs_no_flight(design, short, flown, t
         wait_for(lambda: len(kept(out)) >= 1, process)
         busiest = max(psutil.Process(process.pid).children(), key=lambda child: child.cpu_times().user)
         busiest.kill()
-        _, errors = process.communicate(timeout=60)
+        _, errors = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 0, errors
     assert (out / "flights.parquet").read_bytes() == (whole / "flights.parquet").read_bytes()

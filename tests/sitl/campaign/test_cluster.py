@@ -7,6 +7,8 @@ import subprocess
 import sys
 from contextlib import ExitStack
 
+import pytest
+
 from sitl.campaign.cli import main
 from tests.sitl.campaign.processes import FLIGHTS, arguments, kept, wait_for
 
@@ -22,6 +24,7 @@ def start(stack: ExitStack, *command: str) -> subprocess.Popen[bytes]:
     return process
 
 
+@pytest.mark.proof  # a whole cluster; test_campaign.py kills a worker process on this computer
 def test_a_lost_worker_loses_nothing(design, short, flown, tmp_path):
     """One of two workers is killed in the middle; the rows are those of a campaign on this computer."""
     whole, _, _ = flown

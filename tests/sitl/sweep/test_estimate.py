@@ -10,6 +10,7 @@ from sitl.sweep.estimate import frequency_response
 from sitl.sweep.fit import fit_rate_axis, response_of
 from sitl.sweep.identify import identify
 from sitl.sweep.multisine import Plan, measured
+from tests.effort import examples
 from tests.sitl.sweep.loop import closed_loop
 
 PLAN = Plan(realizations=8)
@@ -59,7 +60,7 @@ def test_one_realization_has_no_variance():
 
 
 @given(gain=st.floats(0.02, 0.3), zero=st.floats(-3.0, -0.3), pole=st.floats(0.85, 0.98))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_the_fit_returns_any_model_of_its_form(gain, zero, pole):
     model = RateAxis(gain, zero, pole)
     _, _, found = estimate(0.0)
