@@ -234,8 +234,7 @@ def with_attenuation(block: DobBlock, dt: float, auto: AutoSpec | None) -> DobBl
     if auto is None or WEATHER in block.certificate.extra:
         return block
     proof = block.certificate
-    with numbers_judged():
-        found = attenuation_findings(problem_of(block, dt), from_data(block.observer, dt), auto, proof.disk_margin)
+    found = attenuation_findings(problem_of(block, dt), from_data(block.observer, dt), auto, proof.disk_margin)
     return replace(block, certificate=replace(proof, extra={**proof.extra, **found}))
 
 

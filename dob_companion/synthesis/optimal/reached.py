@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from dob_companion.errors import UnsolvableError
 from dob_companion.lti.gramian import gramian
 from dob_companion.lti.response import response, spectral_radius
+from dob_companion.synthesis.numeric import numbers_judged
 from dob_companion.synthesis.optimal.bound import attenuation_limit
 from dob_companion.synthesis.optimal.problem import Axis, Spectrum, Wanted, grid
 from dob_companion.synthesis.plant.loop import close_loop
@@ -41,13 +42,23 @@ POINTS = 4000
 def attenuation_findings(problem: Problem, observer: Any, auto: AutoSpec, disk_margin: float) -> dict[str, object]:
     """What a certificate says of the attenuation (docs/interfaces.md); `disk_margin` is the observer's own.
 
-    The limits of `attenuation_limit` are those of [auto], or what the observer itself takes where that is more.
+    The limits of `attenuation_limit` are those of [auto], or what the observer itself takes where that is more. Nothing
+    is raised over numbers: an observer that is certified is no worse for a weather that has no answer.
     """
     found: dict[str, object] = {WEATHER: weather_record(auto)}
+    try:
+        with numbers_judged():
+            return found | _findings(problem, observer, auto, disk_margin)
+    except UnsolvableError as reason:
+        return found | {"attenuation_absent": str(reason)}
+
+
+def _findings(problem: Problem, observer: Any, auto: AutoSpec, disk_margin: float) -> dict[str, object]:
+    found: dict[str, object] = {}
     spectrum = spectrum_of(auto)
     nominal = attenuation(problem, observer, auto, spectrum)
     if nominal is None:
-        return found | {"attenuation_absent": "the attitude loop is unstable with the plant as modelled"}
+        return found | {"attenuation_absent": "the attitude loop is unstable, or has no finite error"}
     found["attenuation"] = nominal
     found["attenuation_at_gains"] = {f"{g:g}": attenuation(problem, observer, auto, spectrum, g) for g in GAINS}
     if len(problem.delays) > 1:
@@ -75,7 +86,7 @@ def attenuation(problem: Problem, observer: Any, auto: AutoSpec, spectrum: Spect
         if spectral_radius(close_loop(plant, controller, each, problem.delays).system.A) >= 1.0:
             return None
     off, on = (_attitude_rms(problem, each, auto, spectrum, gain) for each in (None, observer))
-    return off / on
+    return off / on if np.isfinite(off) and 0.0 < on < np.inf else None
 
 
 def spectrum_of(auto: AutoSpec) -> Spectrum:

@@ -11,8 +11,9 @@ from dob_companion.comparison.vehicle import close, no_observer
 from dob_companion.report.attained_bar import WIDTH, attained_bar
 from dob_companion.report.design_page import design_page
 from dob_companion.synthesis import parse_spec, verify
-from dob_companion.synthesis.design import assembled, design_block
+from dob_companion.synthesis.design import assembled, design_block, with_attenuation
 from dob_companion.synthesis.plant.models import from_data
+from tests.report.material import coupled_design
 from tests.synthesis.optimal.axes import EXAMPLES, NOISE, TUNED, vehicle_of
 
 RMS = 0.0557
@@ -80,7 +81,20 @@ def test_an_observer_that_takes_more_than_the_spec_allows_is_held_against_others
 
 
 def test_a_spec_that_states_no_weather_is_told_no_attenuation():
-    assert not [name for name in designed("").blocks[0].certificate.extra if name.startswith("attenuation_for")]
+    assert not [name for name in designed("").blocks[0].certificate.extra if name in ("attenuation_for", "attenuation")]
+
+
+def test_an_attitude_loop_that_is_unstable_leaves_the_certificate_and_a_reason():
+    extra = designed(WEATHER + "attitude_gain = 200.0\n").blocks[0].certificate.extra
+    assert "unstable" in extra["attenuation_absent"]
+    assert not {"attenuation", "attenuation_limit"} & set(extra)
+
+
+def test_coupled_axes_have_an_attenuation_and_the_reason_why_no_limit():
+    coupled = coupled_design()
+    extra = with_attenuation(coupled.blocks[0], coupled.dt, spec_of(WEATHER).auto).certificate.extra
+    assert extra["attenuation"] > 1.0
+    assert "couples several" in extra["attenuation_limit_absent"]
 
 
 def test_it_is_told_in_words_and_drawn_as_one_bar_that_ends_where_every_observer_does(pitch):
