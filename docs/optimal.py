@@ -1,4 +1,4 @@
-"""Prints the tables of docs/optimal.md and draws its figures: `python -m docs.optimal`, two minutes.
+"""Prints the tables of docs/optimal.md and draws its figures: `python -m docs.optimal`, a few minutes.
 
 With `--write` the tables are put between the marks of that page and the figures into docs/img.
 """
