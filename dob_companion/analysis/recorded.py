@@ -20,6 +20,7 @@ from dob_companion.flightlog.flown import Change, FlightClock, Setting
 from dob_companion.flightlog.replay import recorded_config
 from dob_companion.flightlog.standing import Standing, reason_given, state_named
 from dob_companion.mavlink import AppliedMoment, Codec, GyroSample, Heartbeat, profiles
+from dob_companion.mavlink.axes import IN_HOVER
 from dob_companion.mavlink.spoken import Correction, SpokenReader, Telemetry, Value
 from dob_companion.supervisor import RegimeLimits, State
 
@@ -117,7 +118,7 @@ class FlightReader:
     def __init__(self) -> None:
         self._first: Origin | None = None
         self._obeyed = Obeyed(None, profiles.AUTO, 0.0)
-        self._codec = Codec()
+        self._codec, self._axes = Codec(), IN_HOVER
         self._stood = False
         self._spoken = SpokenReader()
         self._state = State.DISABLED
@@ -142,7 +143,8 @@ class FlightReader:
             self._first = segment
         config = recorded_config(segment.config, segment.profile)
         self._obeyed = Obeyed(config.system, segment.profile, self._now)
-        self._codec = Codec(profile=self._obeyed.profile, datagrams=segment.datagrams)
+        self._codec = Codec(profile=self._obeyed.profile, datagrams=segment.datagrams, axes=config.axes)
+        self._axes = config.axes
         self._stood = False
 
     def checkpoint(self, state: Mapping[str, Any]) -> None:  # noqa: ARG002
@@ -187,7 +189,7 @@ class FlightReader:
             case Correction(stamp_us, moment):
                 row = self._row_of.get(stamp_us)
                 if row is not None:  # a repeat is answered like the first one, and so the first answer is the one
-                    self._answers.setdefault(row, moment)
+                    self._answers.setdefault(row, self._axes.moment.inward(moment))
             case Telemetry() as told:
                 self._telemetry.append((self._now, told.d_hat, told.rate_hz))
             case Value(name, value):

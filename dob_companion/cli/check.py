@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
         code, logs = logs_of(args, folder)
         if code:
             return code
-        axes = _compared(logs, design)
+        axes = _compared(logs, design, args.config)
     holds = all(axis["holds"] is True for axis in axes.values())
     if args.json:
         print(json.dumps({"axes": axes, "holds": holds}))
@@ -57,14 +57,13 @@ def run(args: argparse.Namespace) -> int:
     return 0 if holds else EXIT_NOT_HELD
 
 
-def _compared(logs: list[Path], design: "DobDesign") -> dict[str, dict[str, Any]]:
-    from dob_companion.cli.identifying import longest
+def _compared(logs: list[Path], design: "DobDesign", config: Path | None) -> dict[str, dict[str, Any]]:
+    from dob_companion.cli.identifying import longest, read_in_hover
     from dob_companion.identification.agreement import agreement, tolerance, verdict
     from dob_companion.identification.identify import identify
-    from dob_companion.logs import read_log
 
     wanted = tuple(axis for block in design.blocks for axis in block.axes)
-    found = identify([longest(read_log(log)) for log in logs], axes=wanted, rate_hz=1.0 / design.dt)
+    found = identify([longest(read_in_hover(log, config)) for log in logs], axes=wanted, rate_hz=1.0 / design.dt)
     axes: dict[str, dict[str, Any]] = {}
     for block in design.blocks:
         for axis in block.axes:

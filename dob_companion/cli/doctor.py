@@ -33,7 +33,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--link", default=DEFAULT_LINK, metavar="URL", help="link to the autopilot (%(default)s)")
     parser.add_argument("--design", type=Path, metavar="FILE", help="judge for this design; adds the sign check")
     add_profile(parser)
-    parser.add_argument("--config", type=Path, metavar="FILE", help="that of `run`: signs and checks with its key")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="that of `run`: its axes, and its key to sign with")
     parser.add_argument("--state", type=Path, metavar="DIR", help="that of `run`: where signing timestamps are kept")
     parser.add_argument("--seconds", type=_seconds, default=5.0, metavar="S", help="time to measure (%(default)g)")
     parser.add_argument("--json", action="store_true", help="print JSON")
@@ -95,6 +95,7 @@ def run(args: argparse.Namespace) -> int:
             gate=gate,
             profile=settings.profile,
             wanted=wanted,
+            axes=settings.axes,
         )
         listen(listening, link, tell, say)
     diagnosis = diagnose(listening, design)

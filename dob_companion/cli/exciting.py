@@ -147,6 +147,10 @@ class Exciting:
                 "version": heard.version,
             },
             "profile": exciter.profile.name,
+            "vehicle_axes": {
+                "gyro": exciter.vehicle_axes.gyro.words,
+                "moment": exciter.vehicle_axes.moment.words,
+            },
             "log": TLOG,
             "dt": 1.0 / profiles.rate_hz(exciter.profile.name),
             "signal": asdict(self.signal),

@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     code, logs = logs_of(args, args.out)
     if code:
         return code
-    outcome = of_logs(logs, options_of(args))
+    outcome = of_logs(logs, options_of(args), args.config)
     written = outcome.write(args.out)
     if args.json:
         print(json.dumps(outcome.to_object()))

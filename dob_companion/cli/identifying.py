@@ -9,8 +9,10 @@ from typing import Any
 
 from dob_companion import __version__
 from dob_companion.autopilots import Parameters, parse_parameters
+from dob_companion.cli.daemon import configured
 from dob_companion.cli.excite import excite
 from dob_companion.cli.excited import Excited, beside, link_delay
+from dob_companion.cli.exciting import RESULT as RESULT_OF_EXCITING
 from dob_companion.cli.exciting import TLOG
 from dob_companion.cli.identification_options import Options
 from dob_companion.errors import InputError
@@ -22,6 +24,7 @@ from dob_companion.identification.result import Identification, Interval
 from dob_companion.identification.spec import spec_text
 from dob_companion.identification.surroundings import Surroundings, around
 from dob_companion.logs import read_log
+from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes, axis_map
 from dob_companion.report.identification_page import identification_page
 
 SPEC, PAGE, RESULT = "spec.toml", "identification.html", "identification.json"
@@ -67,15 +70,35 @@ def logs_of(args: argparse.Namespace, folder: Path) -> tuple[int, list[Path]]:
     return excite(args, place, as_json=False), [place / TLOG]
 
 
-def of_logs(paths: Sequence[Path], options: Options) -> Outcome:
+def read_in_hover(path: Path, config: Path | None) -> tuple[Record, ...]:
+    """The records of a log, in hover axes: the vehicle of a telemetry log speaks in those of `config`, or in those that
+    `excite` wrote beside it. Raises InputError, one line."""
+    said = path.parent / RESULT_OF_EXCITING
+    if config is not None:
+        axes = configured(config, None, None)[0].axes
+    else:
+        axes = _axes_in(said) if said.exists() else IN_HOVER
+    return read_log(path, axes)
+
+
+def _axes_in(path: Path) -> VehicleAxes:
+    try:
+        given = json.loads(read_text(path)).get("vehicle_axes", {})
+        return VehicleAxes(**{key: axis_map(names) for key, names in given.items()})
+    except (ValueError, TypeError, AttributeError) as problem:
+        raise InputError(f"{path}: expected what `dob-companion excite` writes: vehicle_axes: {problem}") from None
+
+
+def of_logs(paths: Sequence[Path], options: Options, config: Path | None = None) -> Outcome:
     """Read, identify, write the spec's text. Several are flights of one aircraft, the newest last: its parameters hold.
+    `config` says in which axes the vehicle of a telemetry log speaks.
 
     Raises InputError for a log or an option that is no good.
     """
     if len({path.resolve() for path in paths}) < len(paths):
         raise InputError(f"--log {paths[-1]}: given twice, expected different flights")
     excited = [beside(path) for path in paths]
-    records = [_chosen(read_log(path), said, options) for path, said in zip(paths, excited, strict=True)]
+    records = [_chosen(read_in_hover(path, config), said, options) for path, said in zip(paths, excited, strict=True)]
     found = identify(records, axes=options.axes, rate_hz=options.rate_hz)
     surroundings = around(records, found)
     if not found.usable:

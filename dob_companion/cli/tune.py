@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
         return code
     said = ", ".join(map(str, logs))
     _step("identify", said)
-    outcome = of_logs(logs, options_of(args))
+    outcome = of_logs(logs, options_of(args), args.config)
     outcome.write(args.out)
     _show(args, table(outcome))
     if outcome.spec is None:

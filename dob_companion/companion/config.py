@@ -10,9 +10,11 @@ from dob_companion import toml
 from dob_companion.companion.parameters import PARAMETERS, fits
 from dob_companion.errors import ConfigError
 from dob_companion.mavlink import CORRECTION_MESSAGES, profiles
+from dob_companion.mavlink.axes import IN_HOVER, AxisMap, VehicleAxes, axis_map
 from dob_companion.supervisor import FirstEnabling, RegimeLimits
 
 REGIME_RANGES = {"throttle_floor": (0.0, 1.0, False), "kill_channel": (0, 18, True), "kill_above": (800, 2200, True)}
+AXES_KEYS = ("gyro", "moment")
 FIRST_RANGES = {"seconds": (0.1, 60.0, False)}
 RECORD_RANGES = {"mb": (0.1, 1e6, False), "segments": (2, 1_000_000, True)}
 """Least and greatest value of a number, and whether it is whole. One segment is being written, so two are the least."""
@@ -40,6 +42,7 @@ class CompanionConfig:
 
     system              the vehicle's MAVLink system id, 1…255; None takes the first autopilot heard
     profile             where the inputs come from: a profile's name, or "auto", by the make of the autopilot
+    axes                in which axes the vehicle speaks, where they are not those of hover
     correction_message  which message carries the correction; None is the profile's own
     parameters          start values that differ from the table's defaults
     state_directory     where the operator's settings are kept; None keeps nothing
@@ -51,6 +54,7 @@ class CompanionConfig:
 
     system: int | None = None
     profile: str = profiles.AUTO
+    axes: VehicleAxes = IN_HOVER
     correction_message: str | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     state_directory: str | None = None
@@ -67,6 +71,7 @@ def parse_config(text: str, source: str) -> CompanionConfig:
     return CompanionConfig(
         system=int(table.within("system", 1, 255, whole=True)) if "system" in table else None,
         profile=table.choice("profile", profiles.NAMES, profiles.AUTO),
+        axes=_axes(table.table("axes", AXES_KEYS)) if "axes" in table else IN_HOVER,
         correction_message=_message(table),
         parameters=_parameters(table.open("parameters")) if "parameters" in table else {},
         state_directory=_path(table, "state_directory"),
@@ -79,6 +84,17 @@ def parse_config(text: str, source: str) -> CompanionConfig:
         else FirstEnabling(),
         record=_recording(table.table("record", ("dir", *RECORD_RANGES))) if "record" in table else Recording(),
     )
+
+
+def _axes(table: toml.Table) -> VehicleAxes:
+    return VehicleAxes(**{key: _axis_map(table, key) for key in AXES_KEYS if key in table})
+
+
+def _axis_map(table: toml.Table, key: str) -> AxisMap:
+    try:
+        return axis_map(table.texts(key))
+    except ValueError as problem:
+        raise ConfigError(f"{table.where}: {key}: {problem}") from None
 
 
 def _message(table: toml.Table) -> str | None:

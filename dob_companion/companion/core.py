@@ -79,10 +79,11 @@ class Companion:
         self.loop: Loop = task.loop(self.parameters)
         self.load = ComputerLoad()
         self.closed = False
+        self.vehicle_axes = config.axes
         self._obeyed = Obeyed(config.system, config.profile, now)
         self._carrier = config.correction_message
-        self._codec = Codec(profile=self.profile, datagrams=datagrams)
-        self._speaker = Speaker(self._carrier or self.profile.carrier)
+        self._codec = Codec(profile=self.profile, datagrams=datagrams, axes=self.vehicle_axes)
+        self._speaker = Speaker(self._carrier or self.profile.carrier, self.vehicle_axes)
         self._operator = Operator(self.parameters, self._speaker)
         self._new_streams: Callable[[], WantedStreams] = lambda: WantedStreams(
             stream_requests(self.profile, task.dt, kill_switch=config.regime.kill_channel > 0)
@@ -294,7 +295,8 @@ class Companion:
         self._neighbours.we_are(system)
         self._streams.start(now)
         self._say(Severity.INFO, self._greeting)
-        self._events.append(Event.info(f"vehicle heard: system {system}, profile {profile.name}"))
+        turned = f", axes {self.vehicle_axes}" if str(self.vehicle_axes) else ""
+        self._events.append(Event.info(f"vehicle heard: system {system}, profile {profile.name}{turned}"))
         if before is not None:
             self._leave(before, now)
 

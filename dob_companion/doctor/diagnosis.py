@@ -302,8 +302,15 @@ def _signs(heard: Listening, design: DobDesign | None) -> Iterator[Finding]:
         yield Finding(Verdict.NOTE, "signs", "not looked at: they need a design", "add --design FILE")
         return
     errors = heard.check.errors()
+    turned = heard.rotations.found() if heard.rotations else None
+    if turned is not None:
+        text = f"rates do not answer the moments with axes gyro = {heard.axes.gyro}"
+        text += f": {', '.join(errors)}" * bool(errors)
+        remedy = f"[axes] gyro = {turned.after(heard.axes.gyro)} in the configuration (--config): that fits"
+        yield Finding(Verdict.MISSING, "signs", text, remedy)
+        return
     for error in errors:
-        remedy = "rates in rad/s, moments as normalized torque, hover axes (docs/interfaces.md)"
+        remedy = "rates in rad/s, moments as normalized torque, hover axes or [axes] (docs/interfaces.md)"
         yield Finding(Verdict.MISSING, "signs", error, remedy)
     unproven = heard.check.unproven()
     if unproven and not errors:

@@ -15,6 +15,7 @@ from dob_companion.artifact import DobDesign
 from dob_companion.companion.clocks import ClockCheck
 from dob_companion.companion.streams import StreamRequests
 from dob_companion.doctor.reading import ParameterReading
+from dob_companion.doctor.rotation import RotationSearch
 from dob_companion.doctor.streamlog import MOST_KEPT, StreamLog
 from dob_companion.mavlink import (
     AppliedMoment,
@@ -29,6 +30,7 @@ from dob_companion.mavlink import (
     TimesyncRequest,
     profiles,
 )
+from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes
 from dob_companion.mavlink.listener import (
     Heard,
     Listener,
@@ -72,7 +74,7 @@ class Listening:
     """Waits up to `patience` (`seconds`) for an autopilot, asks for what it may deliver, and measures for `seconds`.
 
     `profile` is the one asked for; the attribute is the one that the autopilot is judged by. `wanted` tells by make and
-    kind of vehicle which of the autopilot's parameters are read.
+    kind of vehicle which of the autopilot's parameters are read; `axes` are those in which the vehicle speaks.
 
     With a gate, whose key the link signs with, signatures are judged as well; what is heard counts in any case.
     """
@@ -89,6 +91,7 @@ class Listening:
         profile: str = profiles.AUTO,
         wanted: Callable[[str, str], tuple[str, ...]] = _nothing,
         patience: float | None = None,
+        axes: VehicleAxes = IN_HOVER,
     ) -> None:
         self.stage = Stage.WAITING
         self.presences: dict[Sender, Presence] = {}
@@ -107,11 +110,13 @@ class Listening:
         self.system: int | None = None
         self.profile = profiles.at_first(profile)
         self.check = AxisCheck(design) if design else None
+        self.axes = axes
+        self.rotations = RotationSearch(design) if design else None
         self.clocks = ClockCheck(dt)
         self.listener = Listener(datagrams=datagrams, gate=gate)
         self._dt, self._seconds, self._asked_profile = dt, seconds, profile
         self._round_trip = RoundTrip()
-        self._codec, self._speaker = Codec(datagrams=datagrams), Speaker()
+        self._codec, self._speaker = Codec(datagrams=datagrams, axes=axes), Speaker()
         self._requests = StreamRequests(TRIES)
         self._wanted, self._reading = wanted, ParameterReading(())
         self._names: tuple[str, ...] = ()
@@ -274,12 +279,15 @@ class Listening:
         self.ages.append(applied.age_samples)
         self.clocks.moment(applied.stamp_us)
         gyro = self._gyro
-        if self.check is None or gyro is None or gyro.stamp_us != applied.stamp_us or not self.finite:
+        check, rotations = self.check, self.rotations
+        if check is None or rotations is None or gyro is None or gyro.stamp_us != applied.stamp_us or not self.finite:
             return
         step = 1e-6 * (applied.stamp_us - self._paired_us)
         if abs(step - self._dt) > 0.5 * self._dt:
-            self.check.interrupt()
+            check.interrupt()
+            rotations.interrupt()
         self._paired_us = applied.stamp_us
         own = np.subtract(applied.moment, applied.correction)
         if np.all(np.isfinite(own)):
-            self.check.add(np.asarray(gyro.rates), own)
+            check.add(gyro.rates, own)
+            rotations.add(gyro.rates, own)

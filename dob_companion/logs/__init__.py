@@ -13,6 +13,7 @@ from dob_companion.logs.dobtrace import read_dobtrace
 from dob_companion.logs.px4 import looks_like_ulog, read_ulog
 from dob_companion.logs.table import looks_like_csv, read_csv, read_npz
 from dob_companion.logs.tlog import looks_like_tlog, read_tlog
+from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes
 
 __all__ = ["read_log", "reader_for"]
 
@@ -31,15 +32,17 @@ _READ = ("a PX4 log", "an ArduPilot log", "a telemetry log")
 _EXPECTED = "a PX4 .ulg, an ArduPilot .bin or .log, a .tlog, a .dobtrace, or a table as .csv or .npz"
 
 
-def read_log(path: Path) -> tuple[Record, ...]:
+def read_log(path: Path, axes: VehicleAxes = IN_HOVER) -> tuple[Record, ...]:
     """The records in a log, whatever kind it is: that is told by its content, not by its name.
 
     There is one record for each stretch in which one clock holds. A directory is one of recorded flights: its newest is
-    read. Raises InputError (LogError where the content is at fault), one line that names the file and what is wrong.
+    read. `axes` are those in which the vehicle of a telemetry log speaks; our own recordings say theirs, and what
+    autopilots log is in those of hover. Raises InputError (LogError where the content is at fault), one line that names
+    the file and what is wrong.
     """
     read = reader_for(path)
     try:
-        return read(path)
+        return read_tlog(path, axes) if read is read_tlog else read(path)
     except InputError as problem:
         words = " ".join(str(problem).split())
         raise type(problem)(words if words.startswith(str(path)) else f"{path}: {words}") from None

@@ -7,8 +7,10 @@ from typing import Any
 from dob_companion.files.playback import Header, play
 from dob_companion.files.segments import traces_at
 from dob_companion.files.tlog import Splitter
+from dob_companion.flightlog.replay import recorded_config
 from dob_companion.identification.record import Record
 from dob_companion.logs.link import Heard, records_of
+from dob_companion.mavlink.axes import IN_HOVER
 
 
 class _Ear:
@@ -17,10 +19,12 @@ class _Ear:
     def __init__(self) -> None:
         self.heard: list[Heard] = []
         self.missing = 0
+        self.axes = IN_HOVER
         self._splitter = Splitter(datagrams=True)
 
     def began(self, header: Header) -> None:
         self._splitter = Splitter(datagrams=header.datagrams)
+        self.axes = recorded_config(header.config, header.profile).axes
 
     def received(self, data: bytes, now: float) -> None:
         self.heard += [Heard(now, frame) for frame in self._splitter.frames(data)]
@@ -56,4 +60,4 @@ def read_dobtrace(path: Path) -> tuple[Record, ...]:
             said.append(f"{segment.name}: ends in the middle of a write: what is whole was read")
     if ear.missing:
         said.append(f"the recorder left out {ear.missing} turns of its loop, or more")
-    return records_of(lambda: iter(ear.heard), str(path), said)
+    return records_of(lambda: iter(ear.heard), str(path), said, ear.axes)

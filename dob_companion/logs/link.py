@@ -12,6 +12,7 @@ from dob_companion.identification.record import Record
 from dob_companion.logs.found import Found, Setting, records
 from dob_companion.logs.series import Series
 from dob_companion.mavlink import AppliedMoment, FlightState, GyroSample, Heartbeat, Input, Landed, profiles
+from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes
 from dob_companion.mavlink.makes import ARDUPILOT, PX4
 from dob_companion.mavlink.overheard import (
     Attitude,
@@ -93,17 +94,19 @@ class _Collector:
         values.append(holds)
 
 
-def records_of(heard: Callable[[], Iterator[Heard]], source: str, remarks: Iterable[str]) -> tuple[Record, ...]:
+def records_of(
+    heard: Callable[[], Iterator[Heard]], source: str, remarks: Iterable[str], axes: VehicleAxes = IN_HOVER
+) -> tuple[Record, ...]:
     """The records of the vehicle whose autopilot's heartbeat comes first.
 
-    `heard` begins anew at each call; `remarks` are complete when it has come to its end. Raises LogError, one line,
-    when no autopilot is heard or what is needed of it is missing.
+    `axes` are those in which it speaks. `heard` begins anew at each call; `remarks` are complete when it has come to
+    its end. Raises LogError, one line, when no autopilot is heard or what is needed of it is missing.
     """
     identity = next(filter(None, (identity_in(frame) for _, frame in heard())), None)
     if identity is None:
         raise LogError(f"{source}: no HEARTBEAT of an autopilot in it, expected one that says whose data these are")
     profile = profiles.choose(profiles.AUTO, identity.make) or profiles.FALLBACK
-    overhearing, collector = Overhearing(identity, profile), _Collector(identity.system, profile.landed)
+    overhearing, collector = Overhearing(identity, profile, axes), _Collector(identity.system, profile.landed)
     others: Counter[int] = Counter()
     for place, (_, frame) in enumerate(heard()):
         other = identity_in(frame)

@@ -7,6 +7,7 @@ from pathlib import Path
 from dob_companion.files import read_bytes
 from dob_companion.identification.record import Record
 from dob_companion.logs.link import Heard, records_of
+from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes
 from dob_companion.mavlink.outline import KNOWN_FROM, V1, V2, size_at
 
 _STAMP = struct.Struct(">Q")
@@ -19,11 +20,11 @@ def looks_like_tlog(begin: bytes) -> bool:
     return len(begin) > _STAMP.size and begin[0] == 0 and begin[_STAMP.size] in (V1, V2)
 
 
-def read_tlog(path: Path) -> tuple[Record, ...]:
-    """The records of the vehicle that is heard first. Raises LogError, one line."""
+def read_tlog(path: Path, axes: VehicleAxes = IN_HOVER) -> tuple[Record, ...]:
+    """The records of the vehicle that is heard first, which speaks in `axes`. Raises LogError, one line."""
     data = read_bytes(path)
     remarks: dict[str, None] = {}
-    return records_of(lambda: _entries(data, remarks), str(path), remarks)
+    return records_of(lambda: _entries(data, remarks), str(path), remarks, axes)
 
 
 def _entries(data: bytes, remarks: dict[str, None]) -> Iterator[Heard]:

@@ -7,6 +7,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mav
 
+from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes
 from dob_companion.mavlink.facts import (
     CommandAck,
     CommandForUs,
@@ -61,17 +62,30 @@ class Codec:
 
     Until then (`system` is None) only heartbeats and parameter traffic get through; the companion learns the
     vehicle from its heartbeat and sets `system` and `profile`, whose readers read what that vehicle flies by.
+    Facts are in hover axes; `axes` are those in which the vehicle speaks.
     """
 
-    def __init__(self, system: int | None = None, *, profile: Profile = FALLBACK, datagrams: bool = True) -> None:
+    def __init__(
+        self,
+        system: int | None = None,
+        *,
+        profile: Profile = FALLBACK,
+        datagrams: bool = True,
+        axes: VehicleAxes = IN_HOVER,
+    ) -> None:
         self.system = system
         self.profile = profile
         self.counters = WireCounters()
         self._datagrams = datagrams
+        self._axes = None if axes == IN_HOVER else axes
         self._parser = robust_parser()
 
     def facts(self, data: bytes) -> Iterable[Fact]:
         """The facts in `data`: one datagram, or any piece of a byte stream."""
+        facts = self._as_said(data)
+        return facts if self._axes is None else map(self._axes.inward, facts)
+
+    def _as_said(self, data: bytes) -> Iterable[Fact]:
         frame = read_frame(data, self.profile.layouts) if self._parser.buf_len() == 0 else None
         if frame is None:
             return self._parsed(data)

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from pymavlink.dialects.v20 import common as mav
 
+from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes
 from dob_companion.mavlink.codec import AUTOPILOT, Codec, bytewise
 from dob_companion.mavlink.facts import Axes3, Fact
 from dob_companion.mavlink.frame import EXTRA, crc, unpacked
@@ -86,11 +87,13 @@ def vehicle_in_words(kind: int) -> str:
 class Overhearing:
     """Reads whole frames of one vehicle's autopilot by the readers of its profile, as the companion does, and more.
 
-    `damaged` counts frames whose checksum is wrong.
+    Rates and moments come in hover axes; `axes` are those in which the vehicle speaks. `damaged` counts frames whose
+    checksum is wrong.
     """
 
-    def __init__(self, identity: Identity, profile: Profile) -> None:
+    def __init__(self, identity: Identity, profile: Profile, axes: VehicleAxes = IN_HOVER) -> None:
         self.damaged = 0
+        self._axes = axes
         self._make = identity.make
         self._codec = Codec(identity.system, profile=profile)
         self._sender = bytes((identity.system, AUTOPILOT))
@@ -111,7 +114,10 @@ class Overhearing:
             self.damaged += 1
             return None
         fields = unpacked(layout, payload_of(frame))
-        return of_profile[1](fields) if of_profile else _READERS[number][1](fields, self._make)
+        if of_profile is None:
+            return _READERS[number][1](fields, self._make)
+        fact = of_profile[1](fields)
+        return None if fact is None else self._axes.inward(fact)
 
 
 def _attitude(fields: tuple[Any, ...], _make: str) -> Attitude:

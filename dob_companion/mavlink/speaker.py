@@ -7,8 +7,9 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mav
 
+from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes
 from dob_companion.mavlink.codec import AUTOPILOT, COMPANION, CORRECTION_GROUP, CORRECTION_NAME
-from dob_companion.mavlink.facts import CommandForUs, FileRequest, Input, Sender, TimesyncRequest, Watched
+from dob_companion.mavlink.facts import Axes3, CommandForUs, FileRequest, Input, Sender, TimesyncRequest, Watched
 from dob_companion.mavlink.frame import write_frame
 from dob_companion.mavlink.ftp import refusal
 from dob_companion.mavlink.profiles import Profile
@@ -76,9 +77,11 @@ def stream_requests(profile: Profile, dt: float, *, kill_switch: bool) -> tuple[
 
 
 class Speaker:
-    """Packs messages in order, numbered by one sequence. `system` follows the vehicle once it is known."""
+    """Packs messages in order, numbered by one sequence. `system` follows the vehicle once it is known; `axes` are
+    those in which it takes corrections."""
 
-    def __init__(self, correction_message: str = CORRECTION_MESSAGES[0]) -> None:
+    def __init__(self, correction_message: str = CORRECTION_MESSAGES[0], axes: VehicleAxes = IN_HOVER) -> None:
+        self._axes = axes
         self._out = mav.MAVLink(None, srcSystem=1, srcComponent=COMPANION)
         self.carry(correction_message)
 
@@ -95,9 +98,9 @@ class Speaker:
     def system(self, system: int) -> None:
         self._out.srcSystem = system
 
-    def correction(self, stamp_us: int, correction: Sequence[float]) -> bytes:
-        """The answer to the gyro sample of `stamp_us`: roll, pitch, yaw moment to add, normalized torque."""
-        x, y, z = correction
+    def correction(self, stamp_us: int, correction: Axes3) -> bytes:
+        """The answer to the gyro sample of `stamp_us`: moment to add, hover axes, normalized torque."""
+        x, y, z = self._axes.outward(correction)
         if self._carrier == "DEBUG_VECT":
             return self._write(mav.MAVLink_debug_vect_message, stamp_us, x, y, z, _CORRECTION_NAME)
         if self._carrier == "TUNNEL":

@@ -133,6 +133,13 @@ class AxisCheck:
         correlation = self._correlation()
         return [AXES[i] for i in self._covered if correlation[i, i] < PROOF]
 
+    @property
+    def agreement(self) -> Vector:
+        """(3,) Mean correlation of each axis with itself, -1…1; 0 until ready, and without motion above the noise."""
+        if not self.ready:
+            return np.zeros(3)
+        return np.where([self._heard(i) for i in range(3)], np.diag(self._correlation()), 0.0)
+
     def _correlation(self) -> Vector:
         return np.asarray(np.mean([block.correlation for block in self._blocks], axis=0))
 

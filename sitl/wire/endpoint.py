@@ -34,10 +34,11 @@ DATAGRAM = 1200
 
 
 class Endpoint:
-    """MAVLink side of one flight."""
+    """MAVLink side of one flight. `imu` is one of IMU_FRAMES: how the IMU that the companion hears is mounted."""
 
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: Flight, imu: str = "hover") -> None:
         self.flight = flight
+        self._imu = imu
         self.newest_answered = False
         self.ignored = 0
         self._ports = {COMPANION: Port(COMPANION), GROUND: Port(GROUND)}
@@ -76,7 +77,7 @@ class Endpoint:
             self.newest_answered = True
             return
         port = self._ports[COMPANION]
-        port.send(highres_imu(sample))
+        port.send(highres_imu(sample, self._imu))
         port.send(actuator_control_target(sample))
 
     def notice(self, text: str) -> None:

@@ -34,9 +34,20 @@ _NO_MODE = 0
 Builder = Callable[[Vehicle, Sample], Message]
 
 
-def highres_imu(s: Sample) -> Message:
+def _forward(v: Vector) -> Vector:
+    x, y, z = v
+    return -z, y, x
+
+
+IMU_FRAMES: dict[str, Callable[[Vector], Vector]] = {"hover": lambda v: v, "forward-flight": _forward}
+"""How an IMU is mounted: in hover axes, or, as in a tail-sitter, in those of forward flight (nose, right wing, belly),
+whose x points up in hover."""
+
+
+def highres_imu(s: Sample, frame: str = "hover") -> Message:
     """HIGHRES_IMU: y_n(k) in the gyro fields, rad/s; specific force in the accelerometer's, m/s²."""
-    (ax, ay, az), (gx, gy, gz) = s.specific_force, s.gyro
+    turned = IMU_FRAMES[frame]
+    (ax, ay, az), (gx, gy, gz) = turned(s.specific_force), turned(s.gyro)
     return mavlink.MAVLink_highres_imu_message(
         s.stamp_us, ax, ay, az, gx, gy, gz, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, _ACCEL_AND_GYRO
     )

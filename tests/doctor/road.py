@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import common as mav
 from dob_companion.doctor.diagnosis import diagnose
 from dob_companion.doctor.listening import Listening, Stage
 from dob_companion.doctor.settings import wanted
+from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes
 from tests.companion.aircraft import moment_array
 
 DT = 0.004
@@ -42,6 +43,7 @@ class Road:
     extra: tuple = ()
     design: object = None
     profile: str = "auto"
+    axes: VehicleAxes = IN_HOVER
     parameters: object = None
     """Of the autopilot, by name: read, if they are given, as doctor reads them."""
     version: int = 0
@@ -71,7 +73,9 @@ class Road:
     def listen(self, seconds=3.0):
         """The diagnosis, and the Listening behind it."""
         asking = {} if self.parameters is None else {"wanted": wanted}
-        listening = Listening(DT, seconds, self.design, now=0.0, gate=self.gate, profile=self.profile, **asking)
+        listening = Listening(
+            DT, seconds, self.design, now=0.0, gate=self.gate, profile=self.profile, axes=self.axes, **asking
+        )
         now, vehicle, k, next_beat = 0.0, 0.0, 0, 0.0
         while listening.stage is not Stage.DONE and now < 60.0:
             if self.heartbeat and now >= next_beat:

@@ -32,25 +32,34 @@ class Flown:
         return self.result["checks"] if self.result else []
 
 
-def fly(scenario: str, design: Path, delay: int, out: Path, seed: int = 1) -> Flown:
-    """Fly one scenario to its end."""
+def fly(
+    scenario: str,
+    design: Path,
+    delay: int,
+    out: Path,
+    seed: int = 1,
+    *,
+    vehicle: tuple[str, ...] = (),
+    companion: tuple[str, ...] = (),
+) -> Flown:
+    """Fly one scenario to its end, with these further options of vehicle and companion."""
     port, station = free_port(), Peer(255, 190)
-    arguments = [scenario, "--clock", "lockstep", "--seed", str(seed), "--delay", str(delay), "-o", str(out)]
+    arguments = [scenario, "--clock", "lockstep", "--seed", str(seed), "--delay", str(delay), "-o", str(out), *vehicle]
     links = ["--link", f"udpout:127.0.0.1:{port}", "--gcs", station.url]
     out.mkdir(parents=True, exist_ok=True)
     words = out / "vehicle.log"
-    with daemon(design, port), words.open("wb") as log, station.socket:
-        vehicle = subprocess.Popen([sys.executable, "-m", "sitl", *arguments, *links], cwd=ROOT, stdout=log, stderr=log)
+    with daemon(design, port, *companion), words.open("wb") as log, station.socket:
+        flying = subprocess.Popen([sys.executable, "-m", "sitl", *arguments, *links], cwd=ROOT, stdout=log, stderr=log)
         try:
-            while vehicle.poll() is None:
+            while flying.poll() is None:
                 _serve(station)
         finally:
-            vehicle.kill()
-            vehicle.wait()
+            flying.kill()
+            flying.wait()
     lines = words.read_text("utf-8").strip().splitlines()
     result = out / "result.json"
     found = json.loads(result.read_text("utf-8")) if result.exists() else None
-    return Flown(scenario, delay, vehicle.returncode, lines[-1] if lines else "", found)
+    return Flown(scenario, delay, flying.returncode, lines[-1] if lines else "", found)
 
 
 def _serve(station: Peer) -> None:
