@@ -70,7 +70,7 @@ def test_no_scenario_is_taken_for_another_rotation(name, seed):
 
 
 class Turned(Road):
-    """Its gyro is that of forward flight; its moments answer the rates of hover as the small design's controller does."""
+    """Its gyro is that of forward flight; its moments answer hover's rates by the small design's controller."""
 
     def sample(self, now, stamp, k):
         rates = tuple(math.sin(f * k) + math.sin(1.7 * f * k) for f in (0.3, 0.21, 0.13))
