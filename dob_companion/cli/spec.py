@@ -12,6 +12,7 @@ from dob_companion.errors import InputError, NoVehicleError
 
 if TYPE_CHECKING:
     from dob_companion.autopilots import Autopilot, Parameters, Sourced
+    from dob_companion.companion import Event
     from dob_companion.doctor.listening import Listening
 
 RATE_HZ = 250.0
@@ -31,6 +32,8 @@ def add_parser(commands: Any) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--params", type=Path, metavar="FILE", help="parameter file of a ground station")
     source.add_argument("--link", metavar="URL", help="read them from the autopilot, and measure the round trip")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="that of `run`, with --link: its key to sign with")
+    parser.add_argument("--state", type=Path, metavar="DIR", help="that of `run`: where signing timestamps are kept")
     parser.add_argument("-o", "--out", type=Path, metavar="SPEC.toml", help="the spec (standard output)")
     for option, what in (
         ("--gain", "angular acceleration per unit of torque, rad/s²"),
@@ -60,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
         parameters = parse_parameters(read_text(args.params), str(args.params))
         autopilot = recognized(parameters)
     else:
-        listening, autopilot, parameters = _asked(args.link)
+        listening, autopilot, parameters = _asked(args.link, args.config, args.state)
     noise = (
         Sourced(5e-4, "assumed: measure it in hover") if args.noise_rms is None else Sourced(args.noise_rms, "given")
     )
@@ -83,15 +86,18 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _asked(link: str) -> "tuple[Listening, Autopilot, Parameters]":
+def _asked(link: str, config: Path | None, state: Path | None) -> "tuple[Listening, Autopilot, Parameters]":
     """Listen to the autopilot on the link and read what `spec` needs. Raises NoVehicleError, InputError."""
     import time
-    from contextlib import closing
+    from contextlib import ExitStack
 
     from dob_companion.autopilots import Parameters, autopilot_of, single
+    from dob_companion.cli.daemon import configured
+    from dob_companion.cli.signing import open_signing
     from dob_companion.doctor.listening import Listening, Stage
     from dob_companion.runtime import open_link, parse_link_url
     from dob_companion.runtime.listen import listen
+    from dob_companion.runtime.signed import SignedLink
 
     def names(make: str, vehicle: str) -> tuple[str, ...]:
         known = autopilot_of(make, vehicle)
@@ -102,9 +108,19 @@ def _asked(link: str) -> "tuple[Listening, Autopilot, Parameters]":
             print(f"{url}: {stage.value} …", file=sys.stderr, flush=True)
 
     url = parse_link_url(link)
-    with closing(open_link(url)) as port:
+    settings, _ = configured(config, state, None)
+
+    def say(event: "Event") -> None:
+        _note(event.text)
+
+    with ExitStack() as leaving:
+        port = open_link(url)
+        leaving.callback(port.close)
+        signing = open_signing(settings, say, _note, leaving, datagrams=url.datagrams)
+        if signing is not None:
+            port = SignedLink(port, signing.gate)
         listening = Listening(1.0 / RATE_HZ, SECONDS, None, now=time.monotonic(), datagrams=url.datagrams, wanted=names)
-        listen(listening, port, tell, lambda event: _note(event.text))
+        listen(listening, port, tell, say)
     presence = listening.autopilot
     if presence is None:
         raise NoVehicleError(f"{url}: no autopilot was heard (dob-companion doctor --link {url} tells more)")

@@ -25,6 +25,8 @@ ONE_SAMPLE = (1, 3)
 
 NOTABLE_DRIFT_PERCENT, BAD_DRIFT_PERCENT = 0.1, 2.0
 NOTABLE_SHARE = 0.01
+MOST_SHOWN = 5
+"""Numbers of unknown messages that are listed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +86,12 @@ def _who(heard: Listening) -> Iterator[Finding]:
     if heard.listener.bad:
         text = f"{heard.listener.bad} pieces of garbage"
         yield Finding(Verdict.NOTE, "link", text, "wiring, baud rate, or another protocol on the same link")
+    if unknown := heard.listener.unknown:
+        numbers = ", ".join(f"{number}" for number, _ in unknown.most_common(MOST_SHOWN)) + ", …" * (
+            len(unknown) > MOST_SHOWN
+        )
+        text = f"{unknown.total()} messages of another MAVLink dialect, left alone: numbers {numbers}"
+        yield Finding(Verdict.OK, "link", text)
     if heard.listener.echoes:
         text = f"{heard.listener.echoes} messages of our own came back"
         yield Finding(Verdict.NOTE, "link", text, "a loop in the routing, or a line whose ends are joined")

@@ -1,6 +1,7 @@
 """Everything that is said on a link, by name: for who only listens. What the companion flies by is read by `codec`."""
 
 import struct
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -10,13 +11,16 @@ from pymavlink.dialects.v20 import common as mav
 from dob_companion.mavlink.codec import bytewise
 from dob_companion.mavlink.facts import Sender
 from dob_companion.mavlink.makes import make_of
-from dob_companion.mavlink.outline import is_signed
+from dob_companion.mavlink.outline import is_signed, number_of
 from dob_companion.mavlink.parser import forget_parsed, robust_parser
 from dob_companion.mavlink.signing import Signature, SigningGate
 from dob_companion.mavlink.speaker import StreamRequest
 
 MOST_SAID = 1024
 """Own messages that are remembered. Another that speaks as we do has our sequence numbers by chance, not always."""
+
+MOST_NUMBERS = 256
+"""Of messages of other dialects, kept apart: no dialect adds as many, but garbage may look like any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +65,8 @@ class VersionHeard:
 
 
 class Listener:
-    """Reads all messages of the common dialect; `bad` counts pieces of garbage, `unknown` messages without a name,
+    """Reads all messages of the common dialect; `bad` counts pieces of garbage, `unknown` well-formed messages of
+    another dialect by their numbers, whose checksum nobody without that can check,
     `echoes` messages of our own that the link has sent back, which are nobody's.
 
     With a gate signatures are judged, and no message is kept back for its own.
@@ -69,7 +74,8 @@ class Listener:
 
     def __init__(self, *, datagrams: bool = True, gate: SigningGate | None = None) -> None:
         self._gate = gate
-        self.bad = self.unknown = self.echoes = 0
+        self.bad = self.echoes = 0
+        self.unknown: Counter[int] = Counter()
         self._said: dict[bytes, None] = {}
         self._datagrams = datagrams
         self._parser = robust_parser()
@@ -95,9 +101,13 @@ class Listener:
                 yield VersionHeard(_sender(message), _version(message.flight_sw_version))
             name = message.get_type()
             if name.startswith("UNKNOWN"):
-                self.unknown += 1
+                self._unknown(number_of(bytes(message.get_msgbuf())))
             else:
                 yield self._heard(message, name)
+
+    def _unknown(self, number: int) -> None:
+        if number in self.unknown or len(self.unknown) < MOST_NUMBERS:
+            self.unknown[number] += 1
 
     def _heard(self, message: Any, name: str) -> Heard:
         fine = getattr(message, "time_usec", None)

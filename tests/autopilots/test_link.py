@@ -8,6 +8,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 import tomllib
 from pathlib import Path
 
@@ -24,13 +25,23 @@ DATA = Path(__file__).parents[1] / "data" / "parameters"
 class Autopilot:
     """Beats, acknowledges, answers TIMESYNC and PARAM_REQUEST_READ; the first request for a roll gain is lost."""
 
-    def __init__(self, port, make, file, whole=()):
+    def __init__(self, port, make, file, whole=(), key=b""):
         self.values = parse_parameters((DATA / file).read_text(encoding="utf-8"), file).values
         self.make, self.whole, self.lost, self.written = make, whole, set(), []
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.connect(("127.0.0.1", port))
         self.out, self.ear = mav.MAVLink(None, srcSystem=1, srcComponent=1), mav.MAVLink(None)
+        self.ear.robust_parsing = True
+        self.refused = 0
+        if key:
+            self.out.signing.secret_key, self.out.signing.sign_outgoing = key, True
+            self.out.signing.link_id, self.out.signing.timestamp = 1, int((time.time() - 1420070400) * 1e5)
+            self.ear.signing.secret_key, self.ear.signing.allow_unsigned_callback = key, self.refuse
         self.over = threading.Event()
+
+    def refuse(self, *_):
+        self.refused += 1
+        return False
 
     def send(self, message):
         with contextlib.suppress(ConnectionRefusedError):
@@ -104,6 +115,22 @@ def test_a_link_gives_the_spec_that_the_file_gives_and_writes_nothing(make, file
     assert f"parameters: {version} on {url}" in text
     assert re.search(r"^delay_samples = \d+   # TIMESYNC round trip [\d.]+ ms at 95 %", text, re.MULTILINE)
     assert vehicle.written == []
+
+
+KEY = bytes(range(32))
+
+
+@pytest.mark.parametrize("key", [KEY, bytes(32)], ids=["ours", "another's"])
+def test_with_a_key_it_signs_what_it_asks_and_takes_nothing_that_is_not_signed_with_it(key, tmp_path):
+    secret, config = tmp_path / "signing.key", tmp_path / "c.toml"
+    secret.write_text(KEY.hex() + "\n")
+    secret.chmod(0o600)
+    config.write_text(f'signing_key_file = "{secret}"\n')
+    with autopilot(mav.MAV_AUTOPILOT_ARDUPILOTMEGA, "copter.param", key=key) as (vehicle, url):
+        told = run_cli("spec", "--link", url, "--config", config, "--state", tmp_path / "state", "--gain", "300,yaw=14")
+    assert (told.returncode == 0) == (key == KEY), told.stderr
+    assert ("parameters: ArduPilot" in told.stdout) == (key == KEY)
+    assert (vehicle.refused == 0) == (key == KEY)
 
 
 def test_nobody_on_the_link_is_one_line_with_what_would_tell_more():

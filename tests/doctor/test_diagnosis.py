@@ -1,8 +1,10 @@
 """What doctor makes of good links and bad ones, in simulated time with real MAVLink bytes."""
 
+import heapq
 import math
 
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.cli.doctor import _as_text
@@ -244,6 +246,27 @@ def test_others_who_do_not_sign_are_named():
     diagnosis, _ = Road(key=KEY, gate=SigningGate(KEY, 0), extra=((ground, beat),)).listen()
     assert "255/190: nothing signed with our key" in texts(diagnosis, "signing")
     assert diagnosis.fit
+
+
+def test_messages_of_another_dialect_are_told_from_garbage_by_their_numbers():
+    vehicle = ardupilotmega.MAVLink(None, srcSystem=1, srcComponent=1)
+    rpm, ahrs3 = ardupilotmega.MAVLink_rpm_message(1.0, 2.0), ardupilotmega.MAVLink_ahrs3_message(*[0] * 10)
+    extra = ((vehicle, rpm), (vehicle, ahrs3))
+    diagnosis, listening = Road(extra=extra).listen()
+    assert listening.listener.bad == 0
+    beats = listening.listener.unknown.total() // 2
+    assert texts(diagnosis, "link") == (
+        f"{2 * beats} messages of another MAVLink dialect, left alone: numbers 226, 182"
+    )
+    assert diagnosis.fit
+
+
+def test_garbage_is_no_other_dialect():
+    road = Road()
+    heapq.heappush(road.queue, (0.5, next(road.order), b"no MAVLink at all"))
+    diagnosis, listening = road.listen()
+    assert "pieces of garbage" in texts(diagnosis, "link")
+    assert not listening.listener.unknown
 
 
 class Responding(Road):

@@ -10,7 +10,7 @@ from sitl.cli import save
 from sitl.flight import Flight
 from sitl.scenario.checks import STATES, judge, lines, read_checks
 from sitl.scenario.script import Phase
-from sitl.scenario.spec import load
+from sitl.scenario.spec import load, packaged_names
 from sitl.scenario.tables import Table
 from tests.sitl.bench import SHORT, Sitl
 
@@ -149,3 +149,9 @@ def test_without_matplotlib_all_but_the_figure_is_written_and_its_lack_is_said(t
     assert said.startswith("sitl: no figure: matplotlib is not installed: ")
     assert said.count("\n") == 1
     assert {p.name for p in (tmp_path / "out").iterdir()} == {"flight.npz", "result.json"}
+
+
+@pytest.mark.parametrize("name", packaged_names())
+def test_a_packaged_scenario_states_one_bound_for_each_axis_and_time(name):
+    stated = [(c.measure, axis, c.from_s, c.to_s, c.state) for c in load(name).checks for axis in c.axes or ("",)]
+    assert len(stated) == len(set(stated))
