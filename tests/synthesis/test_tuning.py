@@ -154,6 +154,26 @@ def test_coupled_axes_are_tuned_together():
     assert len(tuning.noise) == 2
 
 
+@pytest.mark.proof
+def test_coupled_axes_attenuate_within_their_limits_and_the_written_weights_give_the_observer_again():
+    mixer = ((1.0, 0.15), (0.1, 1.0))
+    lines = ['[[block]]\nname = "both"\naxes = ["roll", "pitch"]']
+    for i, to in enumerate(("roll", "pitch")):
+        for j, source in enumerate(("roll", "pitch")):
+            head = f'[[block.plant.entry]]\nfrom = "{source}"\nto = "{to}"'
+            lines.append(f"{head}\nzeros = [-1.716]\npoles = [1.0, 0.9447]\ngain = {0.14131 * mixer[i][j]}")
+        head = f'[[block.controller.entry]]\nfrom = "{to}"\nto = "{to}"'
+        lines.append(f"{head}\nzeros = [0.8343, 0.9987]\npoles = [0.0, 1.0]\ngain = 0.9002")
+    text = PITCH[: PITCH.index("[[block]]")] + "\n".join(lines) + "\n"
+    design, (tuning,) = tuned_design_from_toml(text, "both.toml")
+    proof = design.blocks[0].certificate
+    assert proof.disk_margin >= parse_spec(text).auto.least_disk_margin
+    assert proof.gamma <= 1.0003 * proof.gamma_star
+    assert tuning.chosen.attenuation > 10.0
+    again = design_from_toml(tuned_spec(text, "both.toml", None, [tuning]))
+    assert np.array_equal(again.blocks[0].observer.A, design.blocks[0].observer.A)
+
+
 def test_limits_that_nothing_keeps_are_refused_with_the_one_in_the_way():
     spec = parse_spec(auto_with("least_disk_margin = 0.3812 ", "least_disk_margin = 1.9 "))
     with pytest.raises(

@@ -1,4 +1,4 @@
-"""Weights of coupled axes: the best of a family of weights (`search.py`)."""
+"""The best of a family of weights (`search.py`), for any number of axes: what `bench` compares the optimum with."""
 
 from dataclasses import replace
 from typing import Any

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dob_companion.synthesis.spec.auto import AutoSpec
-from dob_companion.synthesis.spec.parse import Zpk
+from dob_companion.synthesis.spec.parse import Matrices, Zpk
 from dob_companion.synthesis.tune.yardstick import Measured
 
 Array = NDArray[np.float64]
@@ -92,7 +92,7 @@ class Tuning:
     tried: tuple[Measured, ...]
     own: Measured | None
     disk_margin_off: float
-    disturbance: Zpk
+    disturbance: Zpk | Matrices
     noise: tuple[Zpk, ...]
     gamma_backoff: float
     order: int | None

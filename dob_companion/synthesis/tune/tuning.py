@@ -1,7 +1,7 @@
 """Weights for people who do not think in weights: from what a pilot knows (`spec.auto.AutoSpec`).
 
 For one axis the best observer itself is found, among those that a stated uncertainty leaves stable, and its weights
-follow (`best.py`); for coupled axes weights are searched (`coupled.py`).
+follow (`best.py`); coupled axes share one programme and full-block weights (`together.py`).
 """
 
 from collections.abc import Callable, Iterable
@@ -19,8 +19,8 @@ from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.model_file import Reader
 from dob_companion.synthesis.spec.parse import BlockSpec, parse_spec
 from dob_companion.synthesis.tune.best import best_design
-from dob_companion.synthesis.tune.coupled import searched_design
 from dob_companion.synthesis.tune.limits import Tuning
+from dob_companion.synthesis.tune.together import coupled_design
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ def designed_and_tuned(task: Task) -> tuple[DobBlock, Tuning]:
     alone = len(block.axes) == 1
     try:
         with numbers_judged():
-            designed, tuning = (best_design if alone else searched_design)(block, task.dt, task.auto)
+            designed, tuning = (best_design if alone else coupled_design)(block, task.dt, task.auto)
             return with_attenuation(_in_its_weather(designed, task), task.dt, task.auto), tuning
     except DobError as problem:
         raise placed(problem, block.where) from problem

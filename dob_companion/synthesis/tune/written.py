@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from dob_companion.synthesis.spec.model_file import Reader
-from dob_companion.synthesis.spec.parse import Zpk, read_spec
+from dob_companion.synthesis.spec.parse import Matrices, Zpk, read_spec
 from dob_companion.synthesis.tune.limits import Tuning
 
 
@@ -21,8 +21,10 @@ def tuned_spec(text: str, source: str, read: Reader | None, tunings: Sequence[Tu
     return head + "\n".join(_lines(raw | {"block": blocks})).lstrip("\n") + "\n"
 
 
-def weight_table(form: Zpk) -> dict[str, Any]:
-    """As a spec states it: one [re, im] for a pair."""
+def weight_table(form: Zpk | Matrices) -> dict[str, Any]:
+    """As a spec states it: one [re, im] for a pair, matrices as nested rows."""
+    if isinstance(form, Matrices):
+        return {name: [list(row) for row in getattr(form, name)] for name in "ABCD"}
 
     def listed(roots: Sequence[complex]) -> list[Any]:
         return [root.real if root.imag == 0.0 else [root.real, root.imag] for root in roots if root.imag >= 0.0]
