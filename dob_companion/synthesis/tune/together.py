@@ -163,23 +163,33 @@ class _Choice:
             if solved is None or found is None:
                 continue
             W_d, c = _matrices(found[0]), Zpk((), (), float(found[1].D[0, 0]))
-            where = f"{self.block.where}: weights"
-            weighted = replace(
-                self.block,
-                disturbance=Weight(f"{where}: disturbance", Model(W_d, where)),
-                noise=Weight(f"{where}: noise", Model(c, where)),
-                gamma_backoff=BACKOFF,
-                largest_order=len(solved.rows) * self.order,
-            )
-            try:
-                block = design_block(weighted, self.dt)
-                chosen = self.proved(block)
-            except (NotCertifiedError, UnsolvableError) as failure:
-                trouble = failure
-                continue
-            if self.asked.excess(chosen) == 0.0:
-                return W_d, c, block, chosen
+            for order in self._orders():
+                try:
+                    block = design_block(self._weighted(W_d, c, order), self.dt)
+                    chosen = self.proved(block)
+                except (NotCertifiedError, UnsolvableError) as failure:
+                    trouble = failure
+                    continue
+                if self.asked.excess(chosen) == 0.0:
+                    return W_d, c, block, chosen
+                break
         raise trouble
+
+    def _orders(self) -> list[int | None]:
+        """Largest orders to reduce to: the optimum's own, a few states more where rounding spoils that, then any."""
+        size = len(self.delays)
+        own, stated = size * self.order, self.block.largest_order
+        return [own, own + size, None] if stated is None else sorted({own, stated})
+
+    def _weighted(self, W_d: Matrices, c: Zpk, order: int | None) -> BlockSpec:
+        where = f"{self.block.where}: weights"
+        return replace(
+            self.block,
+            disturbance=Weight(f"{where}: disturbance", Model(W_d, where)),
+            noise=Weight(f"{where}: noise", Model(c, where)),
+            gamma_backoff=BACKOFF,
+            largest_order=order,
+        )
 
 
 def _matrices(system: Any) -> Matrices:
