@@ -158,7 +158,8 @@ class Aircraft:
     def active(self):
         """Fly until the correction is fully faded in; an aircraft that was flown there before is taken up there."""
         begun = self.__dict__.pop("begun", None)
-        untouched = begun is not None and begun[0] is self.companion and not (self.said or self.sample or self.now)
+        untouched = begun is not None and begun[0] is self.companion and begun[2] == len(vars(self.companion))
+        untouched = untouched and not (self.said or self.sample or self.now)
         how = (type(self), begun[1], repr([getattr(self, f.name) for f in fields(self)[1:]])) if untouched else None
         if how in _ACTIVE:
             _ACTIVE[how].take_up(self)
@@ -206,7 +207,7 @@ def texts(messages):
 
 def aircraft(config=None, **design):
     plane = Aircraft(Companion(small_design(**design), config or CompanionConfig()))
-    plane.begun = (plane.companion, repr((config, sorted(design.items()))))
+    plane.begun = (plane.companion, repr((config, sorted(design.items()))), len(vars(plane.companion)))
     return plane
 
 
