@@ -62,7 +62,10 @@ def limit_words(found: Attained) -> str:
     if found.limit is None:
         return f"The most that any observer reaches is {found.absent}." if found.absent else ""
     share = 100.0 * found.reached / found.limit
-    return f"No observer with {found.at} makes it more than {found.limit:.3g} times smaller: {share:.0f} % of that."
+    return (
+        f"No observer with {found.at}, whatever its order and delay margin, makes it more than {found.limit:.3g} times "
+        f"smaller: {share:.0f} % of that."
+    )
 
 
 def gain_words(found: Attained) -> str:
