@@ -3,8 +3,6 @@
 from dataclasses import asdict
 from typing import Any
 
-from dob_companion.synthesis.tune.written import weight_table
-
 _HEAD = (
     ("", "", "RMS", "any", "disk", "delay", "noise in", "slowest"),
     ("", "asked", "off / on", "order", "margin", "margin", "correction", "mode, s"),
@@ -13,6 +11,8 @@ _HEAD = (
 
 def tuning_object(tuning: Any) -> dict[str, Any]:
     """A `synthesis.tune.limits.Tuning` for JSON, without what the search tried on its way."""
+    from dob_companion.synthesis.tune.written import weight_table  # needs the extra [design]
+
     keys = ("asked", "chosen", "rows", "own", "disk_margin_off", "gamma_backoff", "order", "form", "limit")
     weights = {"disturbance": weight_table(tuning.disturbance), "noise": [weight_table(form) for form in tuning.noise]}
     return {key: asdict(tuning)[key] for key in keys} | weights | {"limited_by": list(tuning.limited_by)}
