@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import json
 import os
+import textwrap
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -98,7 +99,7 @@ def certificate_text(design: DobDesign, tunings: "tuple[Tuning, ...]") -> str:
     """Tunings, certificates and robustness, as tables."""
     from dob_companion.analysis.attained import attained_words
 
-    reached = "\n".join(filter(None, (attained_words(block, design.dt) for block in design.blocks)))
+    reached = "\n".join(textwrap.fill(attained_words(block, design.dt), 80) for block in design.blocks).strip()
     findings = filter(None, (reached, *map(robustness_words, design.blocks)))
     return "\n\n".join([*map(tuning_table, tunings), design_table(design), *findings])
 

@@ -89,7 +89,8 @@ TABLE: dict[State, tuple[Exit, ...]] = {
     State.WAITING: (
         _FAULT,
         _OFF,
-        Exit("data", lambda c: c.data, State.TRACKING, "data are good"),
+        Exit("data", lambda c: c.data and not c.why, State.TRACKING, "data are good"),
+        Exit("data, something else against it", lambda c: c.data, State.TRACKING, "{why}"),
     ),
     State.TRACKING: (
         _FAULT,

@@ -78,7 +78,7 @@ def test_members_differ_in_the_plant_alone(wide):
 def test_the_weather_is_that_of_the_specs_auto_table(wide):
     text = EXAMPLE.partition("[[block]]")[0]
     auto = "[auto]\ndisturbance_corner_hz = 2.5\nnoise_rms = 1e-2\nleast_disk_margin = 0.5\n[[block]]"
-    spec = parse_spec(text + auto + EXAMPLE.partition("[[block]]")[2])
+    spec = parse_spec(text.partition("[auto]")[0] + auto + EXAMPLE.partition("[[block]]")[2])
     assert "noise_dbw = -40\n" in scenario_text(wide, spec)
     assert "bandwidth_hz = 2.5\n" in scenario_text(wide, spec)
     assert "noise_dbw = -68\n" in scenario_text(wide, None)
