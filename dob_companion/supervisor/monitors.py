@@ -210,7 +210,7 @@ class LinkGate:
         self.takeup.allow(self.delay.percentile(LATE))
         why = self._broken or self._complaint()
         good = self._hysteresis.update(stamp_us, not why)
-        self.why = why if why else ("" if good else "link has not been good for long enough")
+        self.why = why if why else ("" if good else "link not good for long enough")
         return good
 
     def clear(self) -> None:

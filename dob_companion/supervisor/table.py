@@ -89,8 +89,7 @@ TABLE: dict[State, tuple[Exit, ...]] = {
     State.WAITING: (
         _FAULT,
         _OFF,
-        Exit("data", lambda c: c.data and not c.why, State.TRACKING, "data are good"),
-        Exit("data, something else against it", lambda c: c.data, State.TRACKING, "{why}"),
+        Exit("data", lambda c: c.data, State.TRACKING, "data are good"),
     ),
     State.TRACKING: (
         _FAULT,

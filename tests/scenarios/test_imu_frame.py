@@ -14,13 +14,14 @@ LONGER = SHORT.replace("lead_s = 0.2", "lead_s = 1.0").replace("length_s = 1.0",
 GYRO = ["yaw", "pitch", "-roll"]
 
 
-def flown(directory, configuration):
+def flown(directory, configuration, text=LONGER, clock="lockstep"):
     scenario, config, flights = directory / "short.toml", directory / "c.toml", directory / "flights"
-    scenario.write_text(LONGER)
+    scenario.write_text(text)
     config.write_text(configuration)
+    vehicle = ("--imu", "forward-flight", "--clock", clock)
     options = ("--config", str(config), "--record", str(flights))
     design = design_file(directory, 1)
-    ended = fly(str(scenario), design, 1, directory / "out", vehicle=("--imu", "forward-flight"), companion=options)
+    ended = fly(str(scenario), design, 1, directory / "out", vehicle=vehicle, companion=options)
     return ended, directory
 
 
@@ -49,7 +50,8 @@ def test_its_recording_is_replayed_and_read_in_hovers_axes(right, tmp_path):
 
 
 def test_without_a_map_nothing_is_injected_and_the_reason_is_said(tmp_path):
-    _, directory = flown(tmp_path, "")
+    # In real time, because a reason is said when it has stood for three seconds of an operator's time.
+    _, directory = flown(tmp_path, "", SHORT.replace("length_s = 1.0", "length_s = 6.0"), clock="real-time")
     assert not np.load(directory / "out" / "flight.npz")["correction"].any()
     (tlog,) = (directory / "flights").glob("*.tlog")
     assert b"is swapped with yaw" in tlog.read_bytes()
