@@ -24,9 +24,9 @@ BIN := $(VENV)/bin
 demo: $(VENV)/.demo
 	$(BIN)/dob-companion demo $(DEMO_ARGS)
 
-# A file's tests share a process, and with it what its fixtures build.
+# A file's tests share a process, and with it what its fixtures build. What hangs ends with a traceback.
 JOBS ?= 3
-PYTEST = $(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder
+PYTEST = $(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder --timeout 300
 
 test: $(VENV)/.dev
 	$(PYTEST) -m "not proof" $(TEST_ARGS)

@@ -171,7 +171,9 @@ class UdpVehicle:
 
     def last_correction(self, process):
         """Whatever comes until the process has gone; the last correction among it."""
+        deadline = time.monotonic() + PATIENCE_S
         while process.poll() is None:
+            assert time.monotonic() < deadline, "the companion did not end"
             self.hear(0.05)
         while self.hear(0.05):
             pass

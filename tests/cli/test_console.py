@@ -112,8 +112,8 @@ def test_a_flight_goes_on_whatever_becomes_of_its_log(design, redirection, tmp_p
 def test_a_hangup_ends_a_flight_with_its_fade_unless_nohup_has_it_ignored(design):
     for ignored in (False, True):
         port = free_port()
-        trap = "trap '' HUP; " if ignored else ""
-        run = f"{trap}exec {PYTHON} -m dob_companion run --design {design} --link udpin:127.0.0.1:{port}"
+        hangup = f"env --{'ignore' if ignored else 'default'}-signal=HUP"
+        run = f"exec {hangup} {PYTHON} -m dob_companion run --design {design} --link udpin:127.0.0.1:{port}"
         process = subprocess.Popen(["bash", "-c", run], stderr=subprocess.DEVNULL)
         with UdpVehicle(port) as vehicle:
             vehicle.meet()

@@ -157,7 +157,8 @@ def test_a_demo_that_cannot_write_says_so_in_one_line(tmp_path, capsys):
 
 
 SHORT = (
-    SCENARIO.partition("[paper_ratio]")[0].replace("settle_s = 0.2", "settle_s = 2.0")  # the first enabling has a step
+    # Time for the steps of a first enabling, and for a stall before it.
+    SCENARIO.partition("[paper_ratio]")[0].replace("settle_s = 0.2", "settle_s = 4.0")
     + """
 [[check]]
 measure = "rms_ratio"
