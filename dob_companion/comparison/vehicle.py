@@ -19,7 +19,8 @@ from typing import Any
 import control as ct
 import numpy as np
 
-from dob_companion.lti.statespace import ABCD, beside, delay_line, wired
+from dob_companion.lti.statespace import ABCD, delay_line
+from dob_companion.lti.wiring import connected
 
 ATTITUDE_GAIN = 6.5
 """Rate asked for per attitude error, 1/s: the simulated vehicle's, a usual multirotor value."""
@@ -27,6 +28,25 @@ ATTITUDE_GAIN = 6.5
 INPUTS = ("d", "n")
 OUTPUTS = ("y", "u_e", "d_hat", "error", "theta")
 """error is d - z^-τ d_hat; theta the attitude error in rad."""
+
+_INTO = {
+    "moment": {"u": 1.0, "acting": -1.0, "d": 1.0},  # into G
+    "measured": {"y": -1.0, "n": -1.0},  # into C, and -k θ with it
+    "y_n": {"y": 1.0, "n": 1.0},  # into D(z), first
+    "u_e": {"u": 1.0, "late": -1.0},  # into D(z), second
+    "estimate": {"d_hat": 1.0},  # into z^-τ
+    "believed": {"late": 1.0},  # into the delay that u_e does not show
+    "rate": {"y": 1.0},  # into ∫
+}
+_GIVE = ("y", "u", "d_hat", "late", "acting", "theta")
+_READ = {
+    "y": {"y": 1.0},
+    "u_e": _INTO["u_e"],
+    "d_hat": {"d_hat": 1.0},
+    "error": {"d": 1.0, "acting": -1.0},
+    "theta": {"theta": 1.0},
+}
+_SIZE = dict.fromkeys((*_INTO, *_GIVE, *_READ, *INPUTS), 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,34 +86,11 @@ def close(vehicle: Vehicle, observer: Any, *, attitude: bool = True, unseen: int
         raise ValueError("the plant answers at once; expected a strictly proper one")
     dt = vehicle.dt
     integral = ABCD(np.eye(1), np.array([[dt]]), np.eye(1), np.array([[dt / 2.0]]))  # trapezoidal: the rate's mean
-    parts = beside(
-        vehicle.plant,
-        vehicle.controller,
-        observer,
-        delay_line(vehicle.delay),
-        delay_line(unseen),
-        integral,
-    )
+    parts = (vehicle.plant, vehicle.controller, observer, *map(delay_line, (vehicle.delay, unseen)), integral)
     k = vehicle.attitude_gain if attitude else 0.0
-    # Columns: y, u, d_hat, late, acting, theta; then d, n. Rows: the parts' inputs, y_n and u_e both D(z)'s.
-    inside = np.array(
-        [
-            [0, 1, 0, 0, -1, 0],
-            [-1, 0, 0, 0, 0, -k],
-            [1, 0, 0, 0, 0, 0],
-            [0, 1, 0, -1, 0, 0],
-            [0, 0, 1, 0, 0, 0],
-            [0, 0, 0, 1, 0, 0],
-            [1, 0, 0, 0, 0, 0],
-        ]
-    )
-    outside = np.array([[1, 0], [0, -1], [0, 1], [0, 0], [0, 0], [0, 0], [0, 0]], dtype=float)
-    read = np.array(
-        [[1, 0, 0, 0, 0, 0], [0, 1, 0, -1, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, 0, 0, -1, 0], [0, 0, 0, 0, 0, 1]]
-    )
-    past = np.zeros((len(OUTPUTS), 2))
-    past[OUTPUTS.index("error"), 0] = 1.0
-    return ct.ss(*wired(parts, inside, outside, read, past), dt)
+    into = _INTO | {"measured": _INTO["measured"] | {"theta": -k}}
+    whole = connected(parts, into=into, give=_GIVE, outside=INPUTS, read=_READ, size=_SIZE)
+    return ct.ss(*whole, dt)
 
 
 def no_observer(dt: float) -> Any:

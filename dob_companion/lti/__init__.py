@@ -7,6 +7,7 @@
     margins      delay and disk margin of a closed loop
     gramian      covariance of a stable system by doubling; the steady-state Kalman predictor
     predictor    what a design expects of the next gyro samples, and of those between two that are known
+    wiring       block diagrams by the names of their signals
     loop         a vehicle with its observer, driven by the weights of its design
     filters      Butterworth sections
 

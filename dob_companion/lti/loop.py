@@ -1,15 +1,30 @@
 """A vehicle with its observer, driven by the disturbance and noise that a design was made for. numpy only."""
 
-from collections.abc import Sequence
-from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.lti.statespace import ABCD, System, beside, delay_line, wired
+from dob_companion.lti.statespace import ABCD, System, beside, delay_line
+from dob_companion.lti.wiring import connected, spans
 
 Array = NDArray[np.float64]
+
+_INTO = {
+    "moment": {"u": 1.0, "late": -1.0, "d": 1.0},  # into G
+    "measured": {"y": -1.0, "n": -1.0},  # into C
+    "y_n": {"y": 1.0, "n": 1.0},  # into the observer, first
+    "u_e": {"u": 1.0, "late": -1.0},  # into the observer, second
+    "estimate": {"d_hat": 1.0},  # into z^-delay
+    "w_d": {"white_d": 1.0},
+    "w_n": {"white_n": 1.0},
+}
+_READ = {
+    "y_n": {"y": 1.0, "n": 1.0},
+    "u_e": {"u": 1.0, "late": -1.0},
+    "d_hat": {"d_hat": 1.0},
+    "error": {"d": 1.0, "late": -1.0},
+}
 
 
 class WeightedLoop(NamedTuple):
@@ -32,47 +47,23 @@ def weighted_loop(
     Shapes: G p x m, C m x p, observer m x (p + m). Raises numpy.linalg.LinAlgError for a loop that is not well posed.
     """
     p, m = plant.D.shape
-    late = beside(*[delay_line(delay)] * m)
-    parts = beside(plant, controller, observer, late, w_d, w_n)
-    y, u, d_hat, late_d_hat, d, n = _spans([p, m, m, m, m, p])
-    into_plant, into_controller, into_y, into_u, into_late, from_outside = _spans(
-        [m, p, p, m, m, w_d.D.shape[1] + w_n.D.shape[1]]
+    size = dict.fromkeys(("moment", "u", "u_e", "late", "estimate", "d_hat", "d", "error"), m)
+    size |= dict.fromkeys(("measured", "y", "y_n", "n"), p)
+    size |= {
+        name: weight.D.shape[1]
+        for names, weight in ((("w_d", "white_d"), w_d), (("w_n", "white_n"), w_n))
+        for name in names
+    }
+    whole = connected(
+        (plant, controller, observer, beside(*[delay_line(delay)] * m), w_d, w_n),
+        into=_INTO,
+        give=("y", "u", "d_hat", "late", "d", "n"),
+        outside=("white_d", "white_n"),
+        read=_READ,
+        size=size,
     )
-    inside, outside = np.zeros(parts.D.T.shape), np.zeros((parts.D.shape[1], from_outside.stop - from_outside.start))
-    for rows, column, sign in (
-        (into_plant, u, 1.0),
-        (into_plant, late_d_hat, -1.0),
-        (into_plant, d, 1.0),
-        (into_controller, y, -1.0),
-        (into_controller, n, -1.0),
-        (into_y, y, 1.0),
-        (into_y, n, 1.0),
-        (into_u, u, 1.0),
-        (into_u, late_d_hat, -1.0),
-        (into_late, d_hat, 1.0),
-    ):
-        _add(inside, rows, column, sign)
-    outside[from_outside] = np.eye(outside.shape[1])
-    read = np.zeros((p + 3 * m, len(parts.D)))
-    outputs = _spans([p, m, m, m])
-    for rows, column, sign in zip(
-        [outputs[k] for k in (0, 0, 1, 1, 2, 3, 3)],
-        [y, n, u, late_d_hat, d_hat, d, late_d_hat],
-        [1.0, 1.0, 1.0, -1.0, 1.0, 1.0, -1.0],
-        strict=True,
-    ):
-        _add(read, rows, column, sign)
-    whole = wired(parts, inside, outside, read, np.zeros((len(read), outside.shape[1])))
-    return WeightedLoop(whole.A, whole.B, *(_rows(whole, rows) for rows in outputs))
+    return WeightedLoop(whole.A, whole.B, *(_rows(whole, rows) for rows in spans(_READ, size).values()))
 
 
 def _rows(system: ABCD, rows: slice) -> tuple[Array, Array]:
     return system.C[rows], system.D[rows]
-
-
-def _add(matrix: Array, rows: slice, columns: slice, sign: float) -> None:
-    matrix[rows, columns] += sign * np.eye(rows.stop - rows.start)
-
-
-def _spans(sizes: Sequence[int]) -> list[slice]:
-    return [slice(end - size, end) for size, end in zip(sizes, accumulate(sizes), strict=True)]
