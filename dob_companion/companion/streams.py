@@ -102,7 +102,7 @@ class WantedStreams:
     def start(self, now: float) -> None:
         """Ask for everything, from the first on."""
         for stream in self._streams.values():
-            self._requests.ask(stream.request)
+            self._ask(stream)
             stream.asked_at, stream.lacking, stream.told = now, False, False
         self._count_anew(now, 0.0)
 
@@ -118,7 +118,8 @@ class WantedStreams:
         stream.count += 1
 
     def judge(self, now: float, vehicle_s: float, *, silent: bool) -> list[str]:
-        """Ask again for what is missing; says so once, until it is heard. `silent`: no sample tells vehicle time."""
+        """Ask again for what is missing and can be asked for; says so once, until it is heard. `silent`: no sample
+        tells vehicle time."""
         passed = now - self._since
         if not silent:
             passed = min(passed, vehicle_s - self._vehicle_since)
@@ -152,7 +153,8 @@ class WantedStreams:
 
     def _judge(self, stream: _Stream, passed: float) -> None:
         expected = passed / (1e-6 * stream.request.interval_us)
-        stream.lacking = stream.count < FULL_RATE * expected - 1.0  # one of the window may be on its way
+        least = FULL_RATE * expected - 1.0  # one of the window may be on its way
+        stream.lacking = stream.count < (1 if stream.request.unasked else least)
         if not stream.lacking:
             self._requests.settle(stream.request)
             stream.told = False
@@ -160,9 +162,14 @@ class WantedStreams:
     def _renew(self, stream: _Stream, now: float) -> str:
         if not stream.lacking or now - stream.asked_at < RENEW_S:
             return ""
-        self._requests.ask(stream.request)
+        self._ask(stream)
         told, stream.told = stream.told, True
-        return "" if told else f"{stream.request.name} lacking, asked again"
+        words = f"{stream.request.name} lacking"
+        return "" if told else words if stream.request.unasked else f"{words}, asked again"
+
+    def _ask(self, stream: _Stream) -> None:
+        if not stream.request.unasked:
+            self._requests.ask(stream.request)
 
     def _count_anew(self, now: float, vehicle_s: float) -> None:
         self._since, self._vehicle_since = now, vehicle_s

@@ -58,19 +58,26 @@ class ComputerLoad:
 @dataclass(frozen=True, slots=True)
 class StreamRequest:
     """A message wanted at an interval, by its MAVLink name for people and its number for the wire; and what it brings,
-    where that is watched."""
+    where that is watched. `unasked`: watched only, since it comes without being asked for, at a rate of its own."""
 
     name: str
     message: int
     interval_us: int
     brings: Input | Watched | None = None
     command: int = mav.MAV_CMD_SET_MESSAGE_INTERVAL
+    unasked: bool = False
 
 
 def stream_requests(profile: Profile, dt: float, *, kill_switch: bool) -> tuple[StreamRequest, ...]:
     """What a profile needs for a design of sample time `dt`, s; RC channels where one of them is a kill switch."""
     return tuple(
-        StreamRequest(stream.name, stream.message, stream.interval_us or round(1e6 * dt), stream.brings)
+        StreamRequest(
+            stream.name,
+            stream.message,
+            stream.interval_us or round(1e6 * dt),
+            stream.brings,
+            unasked=stream.unasked,
+        )
         for stream in profile.streams
         if kill_switch or stream.brings is not Input.RC_CHANNELS
     )

@@ -15,8 +15,8 @@ SET_INTERVAL = mav.MAV_CMD_SET_MESSAGE_INTERVAL
 class Autopilot(Aircraft):
     """Sends what it was asked for and no more, and acknowledges in the ways that autopilots and links have."""
 
-    def __init__(self, acks=1, results=(), stopped=()):
-        super().__init__(Companion(small_design(), parse_config("[regime]\nkill_channel = 7", "c.toml")))
+    def __init__(self, acks=1, results=(), stopped=(), **more):
+        super().__init__(Companion(small_design(), parse_config("[regime]\nkill_channel = 7", "c.toml")), **more)
         self.acks, self.results, self.stopped = acks, dict(results), set(stopped)
         self.on, self.asked = set(), []
 
@@ -108,6 +108,27 @@ def test_a_refusal_is_said_once_and_asked_about_again_every_five_seconds():
     ]
     assert 3 <= plane.since(0.0).count(FLIGHT) <= 4
     assert plane.since(1.0) == [FLIGHT] * (plane.since(0.0).count(FLIGHT) - 1)
+
+
+def test_a_moment_that_comes_unasked_at_a_rate_of_its_own_is_not_asked_for_and_missed_only_when_none_comes():
+    """ArduPilot refuses ACTUATOR_CONTROL_TARGET, which the script sends."""
+    plane = Autopilot(results={MOMENT: mav.MAV_RESULT_DENIED}, autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    plane.on.add(MOMENT)
+    plane.fly(4.0)
+    for k in range(1500):
+        plane.deliver(plane.imu(), *([plane.target()] if k % 3 else []))  # two thirds of the rate
+        if k % 250 == 0:
+            plane.heartbeat()
+        if k % 50 == 0:
+            plane.deliver(*plane.slow())
+        plane.sample += 1
+        plane.now += DT
+    assert MOMENT not in plane.since(0.0)
+    assert not any("ACTUATOR_CONTROL_TARGET" in text for text in texts(plane.said))
+    plane.stopped.add(MOMENT)
+    plane.fly(12.0)
+    assert MOMENT not in plane.since(0.0)
+    assert texts(plane.said).count("DOB: ACTUATOR_CONTROL_TARGET lacking") == 1
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pymavlink.dialects.v20 import common as mav
 
 from dob_companion.mavlink import makes
-from dob_companion.mavlink.facts import AppliedMoment, Fact
+from dob_companion.mavlink.facts import AppliedMoment, Fact, Input
 from dob_companion.mavlink.profiles.profile import Fields
 from dob_companion.mavlink.profiles.sitl import SITL
 
@@ -29,6 +29,7 @@ ARDUPILOT = replace(
     SITL,
     name="ardupilot",
     makes=(makes.ARDUPILOT,),
+    streams=tuple(replace(s, unasked=s.brings is Input.MOMENT) for s in SITL.streams),  # by the script
     readers={**SITL.readers, mav.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET: replace(_MOMENT, fact=_moment)},
     remedy="deploy/ardupilot/dob_correction.lua on the SD card, with SCR_ENABLE 1 and FRAME_CLASS 17 "
     "(docs/ardupilot.md): a Lua script that adds DOB_CORR in the mixer and answers with ACTUATOR_CONTROL_TARGET",

@@ -21,12 +21,14 @@ class AgeSource(Enum):
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stream:
     """A message wanted of the vehicle: MAVLink name and number, what it brings, and the interval in µs; None stands for
-    the sample time of the design. RC channels are wanted only where one of them is a kill switch."""
+    the sample time of the design. RC channels are wanted only where one of them is a kill switch. `unasked`: it comes
+    without being asked for, at a rate of its own, and the autopilot, which does not know of it, would refuse."""
 
     name: str
     message: int
     brings: Input | Watched
     interval_us: int | None = None
+    unasked: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
