@@ -98,15 +98,6 @@ def gain_at_rest(design, axis):
     return -float((c @ np.linalg.solve(np.eye(len(a)) - a, b) + d)[0, 1])
 
 
-def test_a_daemon_that_is_killed_leaves_nothing_behind_and_begins_again_from_zero(design, tmp_path):
-    found = json.loads(run("hardship", design, tmp_path, timeout=400).splitlines()[-1])
-    assert found["largest before"] > 0.02
-    acting = np.array(found["acting after the kill"])
-    assert np.all(np.diff(np.abs(acting[acting[:, 0] > 0.05, 1])) <= 1e-6)
-    assert np.all(acting[acting[:, 0] > 0.25, 1] == 0.0)
-    assert found["largest after the return"] == 0.0
-
-
 def test_disturbances_are_rejected_in_flight(design, tmp_path):
     run("flights", design, "-o", tmp_path, timeout=1500)
     found = {(row["program"], row["axis"]): row for row in json.loads((tmp_path / "result.json").read_text())}
