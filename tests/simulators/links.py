@@ -2,40 +2,55 @@
 
     DOB_ARDUCOPTER=… python -m tests.simulators.links design.json -o DIR
 
-A serial line of 460800 and of 115200 baud (SIM_BAUDLIMIT_EN; a stream of bytes, as a UART is one), and UDP with seven
-further groups of streams at 50 Hz. In hover, DOB_ENABLE is written, and HOVER_S later it is said what became of it.
-Linux only, in a network of its own.
+Serial lines of 921600, 460800 and 115200 baud (two pseudo-terminals, SIM_BAUDLIMIT_EN), and UDP with seven further
+groups of streams at 50 Hz. In hover, DOB_ENABLE is written, and HOVER_S later it is said what became of it. Linux only,
+in a network of its own.
 """
 
 import argparse
+import contextlib
 import json
 import os
 import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
-from tests.ardupilot.simulator import COMPANION_LINK, Ground, companion, copter, in_namespace
+from tests.ardupilot.simulator import Ground, companion, copter, in_namespace
+from tests.simulators.line import line
 
 HOVER_S = 25.0
 GROUPS = ("RAW_SENS", "EXT_STAT", "RC_CHAN", "RAW_CTRL", "POSITION", "EXTRA1", "EXTRA2")
 BAUD = {"SIM_BAUDLIMIT_EN": 1, "SERIAL0_BAUD": 921}
 UDP = "udpclient:127.0.0.1:14540"
-LINKS: dict[str, tuple[dict[str, float], str, str]] = {
-    "serial, 921600 baud": (BAUD | {"SERIAL1_BAUD": 921}, "tcp:2", COMPANION_LINK),
-    "serial, 460800 baud": (BAUD | {"SERIAL1_BAUD": 460}, "tcp:2", COMPANION_LINK),
-    "serial, 115200 baud": (BAUD | {"SERIAL1_BAUD": 115}, "tcp:2", COMPANION_LINK),
-    "UDP, seven groups of streams": ({f"SR1_{group}": 50 for group in GROUPS}, UDP, "udpin:127.0.0.1:14540"),
+LINKS: dict[str, tuple[dict[str, float], int]] = {
+    "serial, 921600 baud": (BAUD | {"SERIAL1_BAUD": 921}, 921600),
+    "serial, 460800 baud": (BAUD | {"SERIAL1_BAUD": 460}, 460800),
+    "serial, 115200 baud": (BAUD | {"SERIAL1_BAUD": 115}, 115200),
+    "UDP, seven groups of streams": ({f"SR1_{group}": 50 for group in GROUPS}, 0),
 }
+"""Parameters, and the speed of the serial line; 0: UDP."""
+
+
+@contextlib.contextmanager
+def ends(baud: int) -> Iterator[tuple[str, str]]:
+    """What the autopilot's port is called, and the companion's link."""
+    if not baud:
+        yield UDP, "udpin:127.0.0.1:14540"
+        return
+    with line() as (autopilot, companion_end):
+        yield f"uart:{autopilot}:{baud}", f"serial:{companion_end}:{baud}"
 
 
 def fly(name: str, design: Path, directory: Path) -> dict:
     """One link: the states that it was in, the worst of its numbers, the reasons that were said."""
-    parameters, port, link = LINKS[name]
+    parameters, baud = LINKS[name]
     directory.mkdir(parents=True, exist_ok=True)
     (directory / "companion.jsonl").unlink(missing_ok=True)
-    with copter(Path(os.environ["DOB_ARDUCOPTER"]), directory, port, **parameters):
+    program = Path(os.environ["DOB_ARDUCOPTER"])
+    with ends(baud) as (port, link), copter(program, directory, port, **parameters):
         ground = Ground(directory / "ground.tlog")
         try:
             with companion(design, directory, link=link):
