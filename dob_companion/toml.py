@@ -50,6 +50,10 @@ class Table:
         dropped = set(keys)
         return Table(self.where, {k: v for k, v in self._raw.items() if k not in dropped}, None, self._error)
 
+    def with_own(self, own: "Table") -> "Table":
+        """The same table with the keys of another in the place of its own, and under the other's name."""
+        return Table(own.where, self._raw | own._raw, None, self._error)
+
     def get(self, key: str) -> Any:
         """The value as TOML gave it."""
         if key not in self._raw:

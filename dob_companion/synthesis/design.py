@@ -214,7 +214,7 @@ def design(spec: Spec, created: str = "") -> DobDesign:
 
     Raises SpecError, UnsolvableError or NotCertifiedError.
     """
-    blocks = (design_block(block, spec.dt, spec.auto) for block in spec.blocks)
+    blocks = (design_block(block, spec.dt, block.auto) for block in spec.blocks)
     return assembled(spec, tuple(blocks), created)
 
 
@@ -223,7 +223,9 @@ def assembled(spec: Spec, blocks: tuple[DobBlock, ...], created: str = "") -> Do
     return DobDesign(
         dt=spec.dt,
         delay_samples=spec.delay_samples,
-        blocks=tuple(with_attenuation(block, spec.dt, spec.auto) for block in blocks),
+        blocks=tuple(
+            with_attenuation(block, spec.dt, asked.auto) for block, asked in zip(blocks, spec.blocks, strict=True)
+        ),
         created=created,
         generator=f"dob-companion {dob_companion.__version__}",
     )

@@ -12,6 +12,9 @@ from dob_companion.toml import Table, shown
 SPECTRA = ("disturbance_corner_hz", "disturbance_band_hz", "disturbance_dryden", "disturbance_spectrum")
 """Ways to state where the disturbances live; a table states one of them."""
 
+ALTERNATIVES = (SPECTRA, ("noise_density", "noise_rms"))
+"""Keys that stand for one another."""
+
 KEYS = (
     *SPECTRA,
     "disturbance_rms",
@@ -105,6 +108,12 @@ def parse_auto(table: Table, rate_hz: float) -> AutoSpec:
         largest_peak=_positive(table, "largest_noise_gain") if "largest_noise_gain" in table else None,
         gains=_gains(table),
     )
+
+
+def overridden(common: Table, own: Table) -> Table:
+    """What [auto] says for all blocks, with a block's own keys in the place of those that say the same."""
+    replaced = {key for keys in ALTERNATIVES if any(key in own for key in keys) for key in keys}
+    return common.without(replaced).with_own(own)
 
 
 def _spectrum(table: Table, rate_hz: float) -> tuple[Shape, float, float]:

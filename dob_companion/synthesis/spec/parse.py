@@ -11,7 +11,7 @@ from typing import Any
 from dob_companion import toml
 from dob_companion.artifact import AXES
 from dob_companion.errors import SpecError
-from dob_companion.synthesis.spec.auto import AutoSpec, parse_auto
+from dob_companion.synthesis.spec.auto import AutoSpec, overridden, parse_auto
 from dob_companion.synthesis.spec.limits import LONGEST_DELAY
 from dob_companion.synthesis.spec.model_file import Reader, with_model_files
 from dob_companion.synthesis.spec.spectrum_file import with_spectrum_file
@@ -92,9 +92,10 @@ class Weight:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BlockSpec:
-    """One block: a SISO axis, or several coupled ones. Only a spec with [auto] may leave the weights out.
+    """One block: a SISO axis, or several coupled ones. Only a block with an [auto] may leave the weights out.
 
     largest_disturbance is what the block is asked to reject, normalized torque; None where the spec does not say.
+    auto is the spec's [auto] with the block's own keys in it; None where neither has one.
     """
 
     where: str
@@ -109,6 +110,7 @@ class BlockSpec:
     uncertainty: Uncertainty | None = None
     largest_order: int | None = None
     largest_disturbance: float | None = None
+    auto: AutoSpec | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,7 +122,11 @@ class Spec:
     gamma_backoff: float
     blocks: tuple[BlockSpec, ...]
     source: str = field(default="spec")
-    auto: AutoSpec | None = None
+
+    @property
+    def auto(self) -> AutoSpec | None:
+        """What is asked of the first block that is asked for something."""
+        return next((block.auto for block in self.blocks if block.auto), None)
 
     @property
     def dt(self) -> float:
@@ -149,14 +155,13 @@ def spec_of(raw: dict[str, Any], source: str) -> Spec:
     rate = head.number("rate_hz", lambda x: slow <= x <= fast, f"a positive number of Hz, from {slow:g} to {fast:g}")
     delay = head.whole("delay_samples", 1, LONGEST_DELAY)
     backoff = _backoff(head, 1.01)
-    auto = parse_auto(top.open("auto"), rate) if "auto" in top else None
     order = _order(head, None)
-    given = _Given(delay, order, backoff, weighted=auto is None)
+    given = _Given(rate, delay, order, backoff, top.open("auto") if "auto" in top else None)
     blocks = tuple(_block(source, item, given) for item in top.tables("block"))
     if not blocks:
         raise SpecError(f"{source}: block: expected at least one [[block]]")
     _refuse_shared_axes(source, blocks)
-    return Spec(rate_hz=rate, delay_samples=delay, gamma_backoff=backoff, blocks=blocks, source=source, auto=auto)
+    return Spec(rate_hz=rate, delay_samples=delay, gamma_backoff=backoff, blocks=blocks, source=source)
 
 
 def _refuse_shared_axes(source: str, blocks: tuple[BlockSpec, ...]) -> None:
@@ -186,18 +191,19 @@ def _order(table: Table, default: int | None) -> int | None:
 
 @dataclass(frozen=True, slots=True)
 class _Given:
-    """What [design] says for all blocks, and whether they must state weights."""
+    """What [design] and [auto] say for all blocks."""
 
+    rate: float
     delay: int
     order: int | None
     backoff: float
-    weighted: bool
+    auto: Table | None
 
 
 def _block(source: str, item: object, given: _Given) -> BlockSpec:
     keys = (
         *("name", "axes", "delay_samples", "gamma_backoff", "largest_order", "largest_disturbance"),
-        *("plant", "controller", "weights", "uncertainty"),
+        *("plant", "controller", "weights", "uncertainty", "auto"),
     )
     table = Table(f"{source}: block", item, keys)
     name = table.text("name")
@@ -205,7 +211,8 @@ def _block(source: str, item: object, given: _Given) -> BlockSpec:
     axes = table.texts("axes")
     if not axes or len(set(axes)) != len(axes) or not set(axes) <= set(AXES):
         raise SpecError(f"{table.where}: axes: expected different ones of {', '.join(AXES)}, got {shown(list(axes))}")
-    disturbance, noise = _weights(table, axes) if given.weighted or "weights" in table else (None, None)
+    auto = _auto(table, given)
+    disturbance, noise = _weights(table, axes) if auto is None or "weights" in table else (None, None)
     return BlockSpec(
         where=table.where,
         name=name,
@@ -219,7 +226,16 @@ def _block(source: str, item: object, given: _Given) -> BlockSpec:
         largest_order=_order(table, given.order),
         gamma_backoff=_backoff(table, given.backoff),
         largest_disturbance=_largest_disturbance(table),
+        auto=auto,
     )
+
+
+def _auto(block: Table, given: _Given) -> AutoSpec | None:
+    """[auto] with the block's own keys in it; it must be complete only where a block needs it."""
+    if "auto" in block:
+        own = block.open("auto")
+        return parse_auto(own if given.auto is None else overridden(given.auto, own), given.rate)
+    return None if given.auto is None else parse_auto(given.auto, given.rate)
 
 
 def _largest_disturbance(table: Table) -> float | None:

@@ -18,10 +18,20 @@ def with_spectrum_file(raw: Mapping[str, Any], source: str, read: Reader | None)
 
     Raises SpecError, one line that names `source`, the key and the file.
     """
-    auto = raw.get("auto")
+    found = _read_out(dict(raw), source, read)
+    blocks = raw.get("block")
+    if not isinstance(blocks, list):
+        return found
+    place = f"{source}: block"
+    return found | {"block": [_read_out(each, place, read) if isinstance(each, dict) else each for each in blocks]}
+
+
+def _read_out(holder: dict[str, Any], source: str, read: Reader | None) -> dict[str, Any]:
+    """A table that may hold an [auto]."""
+    auto = holder.get("auto")
     name = auto.get("disturbance_spectrum") if isinstance(auto, dict) else None
     if not isinstance(auto, dict) or not isinstance(name, str):
-        return dict(raw)
+        return holder
     where = f"{source}: auto: disturbance_spectrum: {name}"
     if read is None:
         raise SpecError(f"{where}: a spec given as text alone cannot name files")
@@ -36,7 +46,7 @@ def with_spectrum_file(raw: Mapping[str, Any], source: str, read: Reader | None)
         if len(line) != 2 or not _are_numbers(line):
             raise SpecError(f"{where}: expected two numbers in a line, Hz and power, got {' '.join(line)[:40]!r}")
     hz, power = ([float(line[column]) for line in lines] for column in (0, 1))
-    return dict(raw) | {"auto": auto | {"disturbance_spectrum": {"hz": hz, "power": power}}}
+    return holder | {"auto": auto | {"disturbance_spectrum": {"hz": hz, "power": power}}}
 
 
 def _are_numbers(words: list[str]) -> bool:

@@ -25,7 +25,7 @@ from dob_companion.synthesis.tune.together import coupled_design
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One block of a spec with [auto]."""
+    """One block of a spec, and what is asked of it."""
 
     block: BlockSpec
     dt: float
@@ -57,13 +57,13 @@ def tuned_design_from_toml(
     Raises SpecError, UnsolvableError (also when the limits cannot be kept, with the numbers) or NotCertifiedError.
     """
     spec = parse_spec(text, source, read)
-    if spec.auto is None:
+    tasks = [Task(block, spec.dt, block.auto) for block in spec.blocks if block.auto]
+    if len(tasks) < len(spec.blocks):
         raise SpecError(
             f"{source}: key 'auto' is missing: --auto finds weights for what an [auto] table asks: "
             "disturbance_band_hz (or _corner_hz), noise_rms and least_disk_margin; without --auto the weights in the "
             "spec are used"
         )
-    tasks = [Task(block, spec.dt, spec.auto) for block in spec.blocks]
     names = [block.name for block in spec.blocks]
     blocks, tunings = [], []
     progress(f"{', '.join(names)}: finding weights")
