@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dob_companion.artifact import DobDesign, certificate_object, design_table, dumps
-from dob_companion.cli.console import progress
+from dob_companion.cli.countdown import Countdown
 from dob_companion.cli.robustness import robustness_words
 from dob_companion.cli.tradeoff import tuning_object, tuning_table
 from dob_companion.errors import SpecError
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from dob_companion.synthesis.tune.limits import Tuning
     from dob_companion.synthesis.tune.tuning import Each
 
+
+AN_AXIS_S = 9.0
+"""About what `--auto` takes for one axis on one core (docs/tuning.md), to tell how long it has left."""
 
 TUNED = "tuned.toml"
 """The spec with the weights that --auto found, beside the design."""
@@ -107,24 +110,27 @@ def certificate_text(design: DobDesign, tunings: "tuple[Tuning, ...]") -> str:
 def _tuned(text: str, path: Path, created: str) -> "tuple[DobDesign, tuple[Tuning, ...]]":
     from dob_companion.synthesis.tune.tuning import tuned_design_from_toml
 
-    try:
-        with _processes() as each:
-            return tuned_design_from_toml(text, str(path), created, reader_beside(path), progress, each=each)
-    finally:
-        progress("")
+    with Countdown() as countdown, _processes(countdown) as each:
+        return tuned_design_from_toml(text, str(path), created, reader_beside(path), countdown.say, each=each)
 
 
 @contextlib.contextmanager
-def _processes() -> "Iterator[Each]":
+def _processes(countdown: Countdown) -> "Iterator[Each]":
     """As `map`, by as many processes as the computer has cores; a single task needs none of its own."""
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of small matrices each process takes one core
-    pool = ProcessPoolExecutor(max_workers=os.cpu_count(), mp_context=get_context("spawn"))
+    cores = os.cpu_count() or 1
+    pool = ProcessPoolExecutor(max_workers=cores, mp_context=get_context("spawn"))
 
     def each(function: Any, tasks: Any) -> Any:
-        return map(function, tasks) if len(tasks) == 1 else pool.map(function, tasks)
+        work = [AN_AXIS_S * len(task.block.axes) ** 2 for task in tasks]
+        countdown.begin(sum(work) / min(cores, len(tasks)))
+        found = map(function, tasks) if len(tasks) == 1 else pool.map(function, tasks)
+        for count, result in enumerate(found, 1):
+            countdown.done(sum(work[:count]) / sum(work))
+            yield result
 
     try:
         yield each
