@@ -43,10 +43,6 @@ class Limits:
         """By how much the limits are broken; 0 when kept."""
         return float(-np.sum(np.minimum(self.room(m), 0.0)))
 
-    def tightened(self, slack: float) -> "Limits":
-        """Limits that leave room for `slack`."""
-        return Limits(self.disk_margin * slack, self.noise / slack, self.slowest_s / slack, self.delay_margin * slack)
-
     def binding(self, m: Measured) -> tuple[str, ...]:
         """The limits that something found comes close to, in words."""
         shares = {
@@ -74,7 +70,6 @@ class Tuning:
 
     asked, chosen     the limits of [auto], and what the weights found for them measure, solved and certified
     rows              the trade-off: other limits and what they would give, by rising disk margin
-    tried             what a search among weights measured; empty where weights follow from the best observer
     own               the spec's own weights by the same yardstick, when it has any
     disk_margin_off   of the loop without observer
     disturbance, noise   the chosen weights, noise one for each axis
@@ -89,7 +84,6 @@ class Tuning:
     asked: Limits
     chosen: Measured
     rows: tuple[Row, ...]
-    tried: tuple[Measured, ...]
     own: Measured | None
     disk_margin_off: float
     disturbance: Zpk | Matrices

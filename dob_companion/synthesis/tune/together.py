@@ -217,7 +217,6 @@ def coupled_design(block: BlockSpec, dt: float, auto: AutoSpec) -> tuple[DobBloc
         asked=choice.asked,
         chosen=chosen,
         rows=choice.rows(poles),
-        tried=(),
         own=own,
         disk_margin_off=choice.yardstick.disk_margin_off,
         disturbance=W_d,

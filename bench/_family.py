@@ -1,4 +1,4 @@
-"""Weights searched, for coupled axes: a family of three numbers and a choice of lags.
+"""Weights searched, as `design --auto` once did: a family of three numbers and a choice of lags.
 
 W_d is a first-order lag, used once or twice on every moment; W_n, on every rate, a first-order lead over white noise::
 
@@ -30,7 +30,7 @@ from dob_companion.synthesis.solve.riccati import central_filter
 from dob_companion.synthesis.solve.scaling import WhiteProblem, whitened
 from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.parse import Zpk
-from dob_companion.synthesis.tune.limits import Limits, Row
+from dob_companion.synthesis.tune.limits import Limits
 from dob_companion.synthesis.tune.yardstick import Measured, Yardstick
 
 Array = NDArray[np.float64]
@@ -160,10 +160,10 @@ class Search:
         limited: Any = {"type": "ineq", "fun": room}
         optimize.minimize(height, x, method="COBYLA", constraints=limited, options=options)
 
-    def rows(self, asked: Limits) -> tuple[Row, ...]:
-        """The trade-off around what was asked; rows that cannot be had are left out."""
+    def rows(self, asked: Limits) -> None:
+        """Look for the trade-off around what was asked as well: each row may help another."""
         if self.best(asked, POLISH_STEPS) is None:
-            return ()
+            return
         others = [replace(asked, disk_margin=share * asked.disk_margin) for share in SHARES_OF_MARGIN]
         others = [limits for limits in others if limits.disk_margin < self.yardstick.disk_margin_off]
         for limits in others:
@@ -175,10 +175,6 @@ class Search:
             quieter = [replace(asked, noise=share * noise) for share in SHARES_OF_NOISE]
             for limits in quieter:
                 self.best(limits, FRONT_STEPS)
-        others += quieter
-        found = ((limits, self.best(limits, ())) for limits in others)  # a later search may help an earlier row
-        rows = [Row(limits, best.measured) for limits, best in found if best]
-        return tuple(sorted(rows, key=lambda row: (row.asked.disk_margin, row.asked.noise)))
 
     def refusal(self, asked: Limits) -> str:
         """Why nothing keeps the limits, with the nearest that was found."""
@@ -224,6 +220,13 @@ class Search:
             low, high = (low, middle) if central_filter(white.problem, middle) else (middle, high)
         self._guess = high
         return high
+
+
+def tightened(limits: Limits, slack: float) -> Limits:
+    """Limits that leave room for `slack`."""
+    return Limits(
+        limits.disk_margin * slack, limits.noise / slack, limits.slowest_s / slack, limits.delay_margin * slack
+    )
 
 
 def _cost(candidate: Candidate, limits: Limits) -> float:
