@@ -52,7 +52,7 @@ class WireCounters:
     """What came in and was not used."""
 
     bad: int = 0
-    """pieces of garbage, wrong checksums and messages of unknown layout"""
+    """pieces of garbage and wrong checksums; messages of other dialects are no fault"""
     foreign: int = 0
     """messages that only our vehicle's autopilot may send, from somebody else"""
 
@@ -133,9 +133,10 @@ class Codec:
             data = b""
             if message is None:
                 return
-            if message.get_msgId() < 0:
+            number = message.get_msgId()
+            if number == mav.MAVLINK_MSG_ID_BAD_DATA:
                 self.counters.bad += 1
-            else:
+            elif number != mav.MAVLINK_MSG_ID_UNKNOWN:  # of a dialect that the vehicle speaks besides
                 yield message
 
     def _bad(self) -> None:
