@@ -84,6 +84,7 @@ def test_killed_and_started_again_it_flies_only_what_is_missing_and_ends_the_sam
     assert not (out / "parts").exists()
 
 
+@pytest.mark.proof
 def test_a_worker_process_that_is_killed_costs_no_flight(design, short, flown, tmp_path):
     whole, _, _ = flown
     out = tmp_path / "dir"
