@@ -167,24 +167,34 @@ class _Choice:
             found = weights(self.axis, tight.observer(self.axis)) if tight else None
             if tight is None or found is None:
                 continue
-            where = f"{self.block.where}: weights"
-            weighted = replace(
-                self.block,
-                disturbance=Weight(f"{where}: disturbance", Model(found.disturbance, where)),
-                noise=Weight(f"{where}: noise", Model(found.noise, where)),
-                gamma_backoff=BACKOFF,
-                largest_order=tight.order,
-                uncertainty=analysed(self.block.uncertainty),
-            )
-            try:
-                block = design_block(weighted, self.dt)
-            except (NotCertifiedError, UnsolvableError) as failure:
-                trouble = failure
-                continue
-            chosen = self.proved(block)
-            if self.asked.excess(chosen) == 0.0 and self._is_quiet(block):
-                return found, block, chosen
+            for order in self._orders(tight.order):
+                try:
+                    block = design_block(self._weighted(found, order), self.dt)
+                except (NotCertifiedError, UnsolvableError) as failure:
+                    trouble = failure
+                    continue
+                chosen = self.proved(block)
+                if self.asked.excess(chosen) == 0.0 and self._is_quiet(block):
+                    return found, block, chosen
+                break
         raise trouble or UnsolvableError(self.refusal())
+
+    def _orders(self, own: int) -> list[int | None]:
+        """Largest orders to reduce to: the optimum's own, a few more where rounding spoils that, as it may for a
+        plant with sharp resonances, then any."""
+        stated = self.block.largest_order
+        return [own, own + 2, None] if stated is None else [own, *({stated} - {own})]
+
+    def _weighted(self, found: Weights, order: int | None) -> BlockSpec:
+        where = f"{self.block.where}: weights"
+        return replace(
+            self.block,
+            disturbance=Weight(f"{where}: disturbance", Model(found.disturbance, where)),
+            noise=Weight(f"{where}: noise", Model(found.noise, where)),
+            gamma_backoff=BACKOFF,
+            largest_order=order,
+            uncertainty=analysed(self.block.uncertainty),
+        )
 
     def _is_quiet(self, block: DobBlock) -> bool:
         peak = block.certificate.extra["noise_to_estimate_peak"]
