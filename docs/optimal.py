@@ -22,6 +22,7 @@ from dob_companion.synthesis.optimal.problem import Axis, Spectrum, Wanted
 from dob_companion.synthesis.optimal.search import Found, Search
 from dob_companion.synthesis.plant.models import to_state_space
 from dob_companion.synthesis.spec.spectrum import LowPass
+from docs.shipped import shipped_table
 
 HERE = Path(__file__).parent
 SPEC = HERE.parent / "examples" / "tailsitter_tuned.toml"
@@ -144,18 +145,19 @@ def main() -> None:
     write = parser.parse_args().write
     pitch = Case("pitch")
     rows = front(pitch)
-    tables = {"front": list(front_table(rows)), "reached": list(reached_table())}
-    for lines in tables.values():
-        print("\n".join(lines), end="\n\n", flush=True)
+    tables = {"front": front_table(rows), "reached": reached_table(), "shipped": shipped_table()}
+    printed = {name: "\n".join(lines) for name, lines in tables.items()}
+    for lines in printed.values():
+        print(lines, end="\n\n", flush=True)
     if not write:
         return
     front_figure(rows, HERE / "img" / "optimal_front.svg")
     responses_figure(pitch, HERE / "img" / "optimal_responses.svg")
     page = (HERE / "optimal.md").read_text(encoding="utf-8")
-    for name, lines in tables.items():
+    for name, lines in printed.items():
         begin, end = f"<!-- {name} -->\n", f"\n<!-- end {name} -->"
         before, after = page.split(begin)[0], page.split(end)[1]
-        page = before + begin + "\n".join(lines) + end + after
+        page = before + begin + lines + end + after
     (HERE / "optimal.md").write_text(page, encoding="utf-8")
 
 

@@ -4,7 +4,7 @@ With `--write` the tables are put between the marks of those pages.
 """
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 from dob_companion.artifact import DobBlock, DobDesign
 from dob_companion.comparison.flight import PEAKS_OFF, attitude, expect, make_weather
 from dob_companion.comparison.lqg import lqg, lqg_attitude_bound
-from dob_companion.comparison.shortfall import shortfall
+from dob_companion.comparison.shortfall import LEAST_BACKOFF, NO_LINK, shortfall
 from dob_companion.comparison.vehicle import Vehicle, close, no_observer
 from dob_companion.synthesis import design_from_toml
 from dob_companion.synthesis.plant.models import from_data
@@ -77,7 +77,7 @@ class Case:
 
     def above_best(self) -> str:
         """RMS above the LQG-optimal at this price."""
-        return f"{100.0 * shortfall(self.block, self.dt, self.scale).excess:.0f} %"
+        return f"{100.0 * shortfall(self.block, self.dt, self.scale).excess:.0f} %".replace("-", "−")
 
     def margins(self) -> str:
         """Disk margin, delay margin."""
@@ -128,17 +128,55 @@ def pitch_table(found: dict[str, DobDesign]) -> Iterator[str]:
 
 def others_table(found: dict[str, DobDesign]) -> Iterator[str]:
     """Roll and yaw: a row a tuned design."""
-    head = ("axis, link delay", "RMS off / on", "gain −30 %, +30 %", "disk margin, delay margin", "n → d̂ RMS")
-    yield f"| {' | '.join(head)} | above the best at this price |"
-    yield "| --- | --- | --- | --- | --- | --- |"
+    head = ("axis, link delay", "RMS off / on", "peak off / on", "gain −30 %, +30 %", "disk margin, delay margin")
+    yield f"| {' | '.join(head)} | n → d̂ RMS | above the best at this price |"
+    yield "| --- | --- | --- | --- | --- | --- | --- |"
     for axis in ("roll", "yaw"):
         for design in list(found.values())[1:]:
             case = Case.of(design, axis)
             gains = ", ".join(f"{case.attenuation(case.vehicle.with_gain(g)):.1f}" for g in (0.7, 1.3))
             yield (
-                f"| {axis}, {design.delay_samples} | {case.attenuation(case.vehicle):.2f} | {gains} | {case.margins()} "
+                f"| {axis}, {design.delay_samples} | {case.attenuation(case.vehicle):.2f} | {case.peak_ratio():.1f} "
+                f"| {gains} | {case.margins()} "
                 f"| {_power(case.noise())} | {case.above_best()} |"
             )
+
+
+def optimum_table(found: dict[str, DobDesign]) -> Iterator[str]:
+    """What single changes would bring on pitch, a column a design."""
+    cases = [Case.of(design, "pitch") for design in found.values()]
+    columns = [shortfall(case.block, case.dt, case.scale) for case in cases]
+    steps = [{step.name: step for step in column.steps} for column in columns]
+
+    def row(name: str, cells: Iterable[str]) -> str:
+        return f"| {name} | {' | '.join(cells)} |"
+
+    def attenuation(name: str) -> list[str]:
+        return [f"{of[name].attenuation:.2f}" if name in of else "–" for of in steps]
+
+    heads = [f"{name}, τ = {case.block.delay_samples}" for name, case in zip(found, cases, strict=True)]
+    yield row("pitch", heads)
+    yield "| --- " * (len(heads) + 1) + "|"
+    yield row("**this design**", [f"**{of.design.attenuation:.2f}**" for of in columns])
+    yield row(
+        "its disk margin, delay margin, n→d̂ RMS",
+        [f"{of.design.disk_margin:.3f}, {of.design.delay_margin}, {_power(of.design.noise or 0.0)}" for of in columns],
+    )
+    yield row("**LQG-optimal at its disk margin and noise**", [f"**{of.at_price.attenuation:.2f}**" for of in columns])
+    yield row("RMS error of the design above that", [f"{100.0 * of.excess:.0f} %".replace("-", "−") for of in columns])
+    yield row(f"*one thing changed:* back-off {LEAST_BACKOFF:g}", attenuation(f"back-off {LEAST_BACKOFF:g}"))
+    yield row("best at its disk margin and noise, no link delay", attenuation(NO_LINK))
+    loud, bold = "best with any noise", "best with any disk margin"
+    yield row("best at its noise, any disk margin", attenuation(bold))
+    yield row("… which leaves a disk margin of", [f"{of[bold].disk_margin:.3f}" for of in steps])
+    yield row("best at its disk margin, any noise", attenuation(loud))
+    yield row("… and then n→d̂ RMS", [_power(of[loud].noise or 0.0) for of in steps])
+    yield row("Kalman filter told the spectrum", attenuation("Kalman filter told the spectrum"))
+    yield row("**LQG bound: any noise, any margin**", [f"**{_digits(of.bound.attenuation)}**" for of in columns])
+    yield row(
+        "the same without link delay",
+        [_digits(of["LQG bound without link delay"].attenuation) for of in steps],
+    )
 
 
 def bound_table(found: dict[str, DobDesign]) -> Iterator[str]:
@@ -157,7 +195,7 @@ def bound_table(found: dict[str, DobDesign]) -> Iterator[str]:
 
 TABLES = {
     "tuning.md": {"pitch": pitch_table, "roll and yaw": others_table},
-    "comparison.md": {"bound": bound_table},
+    "comparison.md": {"optimum": optimum_table, "bound": bound_table},
 }
 
 

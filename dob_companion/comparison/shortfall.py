@@ -18,6 +18,8 @@ from dob_companion.synthesis import synthesize
 LEAST_BACKOFF = 1.0001
 """As near to gamma* as a certificate can tell apart."""
 
+NO_LINK = "best at this price, no link delay"
+
 
 @dataclass(frozen=True, slots=True)
 class Step:
@@ -80,12 +82,12 @@ def shortfall(block: DobBlock, dt: float, scale: float) -> Shortfall:
         margin = LoopResponses(on).disk_margin(observer)
         return Step(name, off / found.attitude, margin, found.noise_in_correction, delay_margin(on, observer))
 
-    def solved(name: str, on: Vehicle, backoff: float) -> list[Step]:
+    def nearer(backoff: float) -> list[Step]:
         try:
-            again = synthesize(plant, controller, W_d, W_n, delay_samples=on.delay, gamma_backoff=backoff)
+            again = synthesize(plant, controller, W_d, W_n, delay_samples=vehicle.delay, gamma_backoff=backoff)
         except NotCertifiedError:
             return []
-        return [flown(name, on, again.observer)]
+        return [flown(f"back-off {backoff:g}", vehicle, again.observer)]
 
     ready = AtPrice(vehicle, scale)
 
@@ -95,13 +97,14 @@ def shortfall(block: DobBlock, dt: float, scale: float) -> Shortfall:
     design = flown("this design", vehicle, _system(block.observer, dt))
     told = kalman(plant, vehicle.delay, DISTURBANCE_HZ, scale, NOISE_SIGMA)
     steps = [
-        *solved(f"back-off {LEAST_BACKOFF:g}", vehicle, LEAST_BACKOFF),
-        *(solved("no link delay", direct, block.certificate.gamma_backoff) if vehicle.delay else []),
+        *nearer(LEAST_BACKOFF),
         best("best with any noise", design.disk_margin, None),
         best("best with any disk margin", None, design.noise),
         flown("Kalman filter told the spectrum", vehicle, told),
     ]
     if vehicle.delay:
+        without = AtPrice(direct, scale).best(design.disk_margin, design.noise)
+        steps.append(flown(NO_LINK, direct, without))
         steps.append(Step("LQG bound without link delay", off / lqg_attitude_bound(direct, scale)))
     return Shortfall(
         off=off,

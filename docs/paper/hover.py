@@ -104,8 +104,8 @@ def _on_tuned(trace: FlightTrace, result: dict[str, Any]) -> Section:
         "Figure 12, tuned",
         "attitude, observer on, tuned weights",
         "As above.",
-        "`examples/tailsitter_tuned.toml`: the same plant, controller and link; only W_d and W_n differ "
-        "([how they were found](tuning.md)).",
+        "`examples/tailsitter_tuned.toml`: the same plant, controller and link; the best "
+        "observers in this weather at their disk margin and noise, and the weights of these ([how](tuning.md)).",
         _improvements(result),
         (chart,),
     )

@@ -12,7 +12,7 @@ from dob_companion.comparison.flight import NOISE_SIGMA, expect, make_weather
 from dob_companion.comparison.kalman import kalman
 from dob_companion.comparison.lqg import lqg, lqg_attitude_bound
 from dob_companion.comparison.measure import LoopResponses
-from dob_companion.comparison.shortfall import shortfall, shortfall_table
+from dob_companion.comparison.shortfall import NO_LINK, shortfall, shortfall_table
 from dob_companion.comparison.vehicle import Vehicle, close, no_observer
 from dob_companion.lti.response import response
 from dob_companion.synthesis import design_from_toml, zpk
@@ -124,7 +124,7 @@ def test_at_the_price_of_the_papers_weights_more_is_to_be_had(designs):
     assert found.at_price.attenuation == pytest.approx(14.89, rel=0.01)
     assert found.bound.attenuation == pytest.approx(734.5, rel=0.01)
     gains = {step.name: step.attenuation for step in found.steps}
-    assert found.design.attenuation < gains["back-off 1.0001"] < gains["no link delay"] < found.at_price.attenuation
+    assert found.design.attenuation < gains["back-off 1.0001"] < found.at_price.attenuation < gains[NO_LINK]
     assert found.at_price.attenuation < gains["best with any disk margin"] < gains["best with any noise"]
     assert "RMS attitude error 62 % above the best at its price" in shortfall_table(found)
 
@@ -132,8 +132,8 @@ def test_at_the_price_of_the_papers_weights_more_is_to_be_had(designs):
 @pytest.mark.parametrize(
     ("name", "delay", "least"),
     [
-        ("tuned", 1, 15.3),
-        *(pytest.param(*more, marks=pytest.mark.proof) for more in (("tuned_2", 2, 11.7), ("tuned_3", 3, 9.2))),
+        ("tuned", 1, 16.9),
+        *(pytest.param(*more, marks=pytest.mark.proof) for more in (("tuned_2", 2, 12.7), ("tuned_3", 3, 9.9))),
     ],
 )
 def test_the_tuned_examples_stand_as_near_to_the_best_at_their_price_as_documented(name, delay, least):
@@ -145,8 +145,7 @@ def test_the_tuned_examples_stand_as_near_to_the_best_at_their_price_as_document
         scale = make_weather(vehicle, 0.12, 2).typical_scale
         flown = expect(close(vehicle, observer), scale)
         best = AtPrice(vehicle, scale).best(proof.disk_margin, flown.noise_in_correction)
-        excess = 1.15 if block.name == "pitch" else 1.35  # the weights were searched for pitch's plant
-        assert flown.attitude <= excess * expect(close(vehicle, best), scale).attitude
+        assert flown.attitude <= 1.07 * expect(close(vehicle, best), scale).attitude
         assert proof.delay_margin_samples >= 2
         assert proof.disk_margin > 0.355
         assert expected_attenuation(vehicle, observer, scale) >= least

@@ -6,21 +6,17 @@ a link of no delay; expected values are those of the linear loop in the flights'
 
 import argparse
 import sys
-import tomllib
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 from statistics import median
-from typing import Any
 
 import numpy as np
 
 from dob_companion.artifact import DobDesign, dumps
 from dob_companion.comparison.shortfall import Shortfall, shortfall
 from dob_companion.synthesis import design, parse_spec
-from dob_companion.synthesis.spec.parse import BlockSpec, Model, Weight, Zpk
 from sitl.calibration import disturbance_scale
 from sitl.campaign.fleet import local
 from sitl.campaign.pilot import Job
@@ -32,14 +28,11 @@ from tests.scenarios.designs import EXAMPLES, SPECS
 DELAYS = (0, 1, 2, 3)
 SEEDS = (1, 2, 3, 4, 5)
 SCENARIOS = ("paper", "paper_nonlinear")
-DESIGNS = {"paper": DELAYS, "tuned": DELAYS, "retuned": (1, 2, 3)}
-"""Link delays that each is there for."""
+DESIGNS = ("paper", "tuned")
 
 PROCESSES = 2
 
-RETUNED = Path(__file__).with_name("retuned.toml")
-
-STRENGTHS = {"paper": (1.0,), "tuned": (1.0, 0.5), "retuned": (1.0,)}
+STRENGTHS = {"paper": (1.0,), "tuned": (1.0, 0.5)}
 """Shares of the scenario's disturbance that each design flies: what half of it changes tells what is not linear."""
 
 
@@ -86,27 +79,11 @@ class Found:
 
 @cache
 def design_of(name: str, delay: int) -> DobDesign:
-    """The paper's weights, the tuned ones, or these with retuned.toml's for roll and yaw, solved for this delay."""
+    """The paper's weights, or the tuned ones, solved for this delay."""
     path = EXAMPLES / ("tailsitter_paper.toml" if name == "paper" else SPECS[delay])
     spec = parse_spec(path.read_text("utf-8"), path.name)
-    blocks = [replace(block, delay_samples=delay) for block in spec.blocks]
-    if name == "retuned":
-        blocks = [_retuned(block) for block in blocks]
-    return design(replace(spec, delay_samples=delay, blocks=tuple(blocks)))
-
-
-def _retuned(block: BlockSpec) -> BlockSpec:
-    """The block with its weights of retuned.toml, if it has any there."""
-    for entry in tomllib.loads(RETUNED.read_text("utf-8"))["weights"]:
-        if (entry["axis"], entry["delay_samples"]) == (block.name, block.delay_samples):
-            W_d, W_n = (_weight(entry[key]) for key in ("disturbance", "noise"))
-            return replace(block, disturbance=W_d, noise=W_n)
-    return block
-
-
-def _weight(form: dict[str, Any]) -> Weight:
-    zpk = Zpk(tuple(form["zeros"]), tuple(form["poles"]), form["gain"])
-    return Weight(RETUNED.name, Model(zpk, RETUNED.name))
+    blocks = tuple(replace(block, delay_samples=delay, auto=None) for block in spec.blocks)
+    return design(replace(spec, delay_samples=delay, blocks=blocks))
 
 
 def find() -> Found:
@@ -115,7 +92,7 @@ def find() -> Found:
         pairs = [(scenario, seed) for scenario in SCENARIOS for seed in SEEDS]
         scales = dict(zip(pairs, pool.map(_scale, pairs), strict=True))
         sigma = np.sqrt(np.mean([np.square(scales["paper", seed]) for seed in SEEDS], axis=0))
-        keys = [(name, delay, axis) for name in DESIGNS for delay in DESIGNS[name] for axis in AXES]
+        keys = [(name, delay, axis) for name in DESIGNS for delay in DELAYS for axis in AXES]
         sizes = [float(sigma[AXES.index(axis)]) for _, _, axis in keys]
         expected = dict(zip(keys, pool.map(_shortfall, keys, sizes), strict=True))
     return Found(fly(scales), expected)
@@ -125,8 +102,8 @@ def fly(scales: dict[tuple[str, int], tuple[float, float, float]]) -> dict[Case,
     """Every flight, by what it shows; `scales` are the disturbances of (scenario, seed)."""
     jobs: list[Job] = []
     strengths: list[float] = []
-    for name, delays in DESIGNS.items():
-        for delay in delays:
+    for name in DESIGNS:
+        for delay in DELAYS:
             text = dumps(design_of(name, delay))[0]
             for (scenario, seed), scale in scales.items():
                 for strength in STRENGTHS[name]:

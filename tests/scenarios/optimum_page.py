@@ -3,10 +3,10 @@
 from pathlib import Path
 from statistics import median
 
-from dob_companion.comparison.shortfall import LEAST_BACKOFF, Shortfall, Step
+from dob_companion.comparison.shortfall import NO_LINK, Shortfall, Step
 from sitl.constants import AXES
 from sitl.scenario.spec import load
-from tests.scenarios.optimum import DELAYS, DESIGNS, SCENARIOS, SEEDS, Case, Found
+from tests.scenarios.optimum import DELAYS, SCENARIOS, SEEDS, Case, Found
 
 PAGE = Path(__file__).parents[2] / "docs" / "optimum.md"
 
@@ -33,29 +33,13 @@ optimum at its price: mrad, off/on | bound, off/on | above the optimum: expected
 
 COSTS = """
 ## What costs the rest
-The tuned designs by expectation. Each factor is what the attenuation gains when one thing changes (1.00: nothing).
-Back-off: γ as near to γ* as can be proved. Form: from there to the optimum at the same price; a W_d of second and a W_n
-of first order, and where the optimum has less of it, delay margin. Noise, disk margin: from the optimum at the price to
-that with any noise, or with any disk margin. Link: the same weights solved without its delay.
+By expectation. Above the optimum: what the tuned design gives up on purpose so that its attenuation holds where the
+plant's gain is not the model's (gains of 0.7 and 1.3 are in its objective), what its delay margin costs where the
+optimum has less of it, and what six states cannot do. Each factor is what the optimum's attenuation gains when one
+thing changes (1.00: nothing). Noise, disk margin: from the optimum at the price to that with any noise, or with any
+disk margin. Link: the same price, no link.
 
-By expectation and on the linear axes pitch is within 15 % of the optimum at its price at every delay, on the
-tail-sitter within 18 %. Roll and yaw are not: the back-off is 1 % of it, delay margin nothing where the optimum has
-as much, so the rest is the form of the weights ([what was tried](tuning.md)). Beyond that price noise costs pitch far
-more than the disk margin does; roll pays about alike for both, yaw more for the margin once there is a link. The link
-costs a fifth at one sample and half at three.
-
-| axis | delay | disk margin, noise | above the optimum | back-off | form | delay margin: tuned, optimum | noise | \
-disk margin | link |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"""
-
-RETUNED = """
-## What a search of their own gives roll and yaw
-At delays 1 to 3 the shipped weights of roll and yaw are pitch's, rescaled. These are searched for their own plants in
-the same family, at no more noise and a disk margin of at least 0.38 (`tests/scenarios/retuned.toml`). The shipped specs
-and [scenario results](scenario-results.md) do not use them.
-
-| axis | delay | shipped: expected, above its optimum | disk margin, delay margin, noise | \
-retuned: expected, above its optimum | disk margin, delay margin, noise | flown: `paper` | `paper_nonlinear` |
+| axis | delay | disk margin, noise | above the optimum | delay margin: tuned, optimum | noise | disk margin | link |
 | --- | --- | --- | --- | --- | --- | --- | --- |"""
 
 STRENGTH = """
@@ -81,8 +65,6 @@ def page(found: Found) -> str:
         lines += [flight_row(found, scenario, axis, delay) for axis in AXES for delay in DELAYS]
     lines += COSTS.split("\n")
     lines += [cost_row(axis, delay, found.expected["tuned", delay, axis]) for axis in AXES for delay in DELAYS]
-    lines += RETUNED.split("\n")
-    lines += [retuned_row(found, axis, delay) for axis in ("roll", "yaw") for delay in DESIGNS["retuned"]]
     lines += STRENGTH.split("\n")
     lines += [strength_row(found, axis, delay) for axis in AXES for delay in DELAYS]
     return "\n".join([*lines, ""])
@@ -113,19 +95,16 @@ def flight_row(found: Found, scenario: str, axis: str, delay: int) -> str:
 def cost_row(axis: str, delay: int, of: Shortfall) -> str:
     """What each single thing costs one axis of the tuned design."""
     steps = {step.name: step for step in of.steps}
-    backoff = steps.get(f"back-off {LEAST_BACKOFF:g}", of.design)  # absent where the proof finds no room for it
-    link = steps.get("no link delay")
+    link = steps.get(NO_LINK)
     cells = (
         axis,
         str(delay),
         f"{of.design.disk_margin:.3f}, {_scientific(of.design)}",
         f"**{_percent(of.excess)}**",
-        _gain(backoff, of.design),
-        _gain(of.at_price, backoff),
         f"{of.design.delay_margin}, {of.at_price.delay_margin}",
         _gain(steps["best with any noise"], of.at_price),
         _gain(steps["best with any disk margin"], of.at_price),
-        "–" if link is None else _gain(link, of.design),
+        "–" if link is None else _gain(link, of.at_price),
     )
     return f"| {' | '.join(cells)} |"
 
@@ -136,17 +115,6 @@ def strength_row(found: Found, axis: str, delay: int) -> str:
     ratios = [found.flown[case].ratio for case in cases]
     half, full = ratios[2] / ratios[0], ratios[3] / ratios[1]
     cells = (axis, str(delay), *(f"{ratio:.1f}" for ratio in ratios), f"{half:.2f}, {full:.2f}")
-    return f"| {' | '.join(cells)} |"
-
-
-def retuned_row(found: Found, axis: str, delay: int) -> str:
-    """One axis with the weights shipped and with its own."""
-    cells = [axis, str(delay)]
-    for name in ("tuned", "retuned"):
-        of = found.expected[name, delay, axis]
-        cells.append(f"{of.design.attenuation:.1f}, {_percent(of.excess)}")
-        cells.append(f"{of.design.disk_margin:.3f}, {of.design.delay_margin}, {_scientific(of.design)}")
-    cells += [f"{found.flown[Case(scenario, 1.0, 'retuned', delay, axis)].ratio:.1f}" for scenario in SCENARIOS]
     return f"| {' | '.join(cells)} |"
 
 

@@ -24,7 +24,7 @@ and `paper_nonlinear` beside flights without delay and what is LQG-optimal. Seed
 RMS / peak over the whole window, faults and faded corrections included; in brackets the paper's peak ratio where it has
 one. An axis on which nothing disturbs says nothing: in `aggressive` the error is the pilot's own manoeuvre and must not
 change; in `gust` nothing turns roll, and 99 % of the power of its 0.1 mrad is the lag behind position hold's lean.
-Where all three are 1 otherwise, the companion has let go for good: `gain_low.toml` says why.
+Where all three are 1 otherwise, the companion has let go for good: `flexible.toml` says why.
 
 In wind, position hold feeds the rate of its lean forward: without that the lag behind the lean, which no observer can
 touch, was nine tenths of the power of the pitch error, and the ratios 0.8. In `dryden` 0.26 of pitch's 2.8 mrad lie
