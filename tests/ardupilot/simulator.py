@@ -27,6 +27,8 @@ HOME = "-35.363261,149.165230,584,0"
 GUIDED = 4
 ATTITUDE_US = 20_000
 PATIENCE_S = 120.0
+PRIORITY = 30
+"""Real-time priority of a simulator where it may be had: a daemon, at 20, is on another computer than an autopilot."""
 SCRIPT_PARAMETERS = {"DOBC_FRAME": 1, "DOBC_ENABLE": 1, "DOBC_LIMIT": 0.3}
 """A file of defaults does not reach what a script declares; so they are written, as a user does."""
 
@@ -53,7 +55,7 @@ def copter(program: Path, directory: Path, companion_port: str = "tcp:2", **more
             [*map(str, command)], cwd=directory, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT
         )
         with contextlib.suppress(PermissionError):  # an autopilot does not wait for other programs
-            os.sched_setscheduler(process.pid, os.SCHED_RR, os.sched_param(5))
+            os.sched_setscheduler(process.pid, os.SCHED_RR, os.sched_param(PRIORITY))
         try:
             yield
         finally:

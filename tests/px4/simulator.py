@@ -17,7 +17,7 @@ from pathlib import Path
 
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from tests.ardupilot.simulator import ATTITUDE_US, Ground
+from tests.ardupilot.simulator import ATTITUDE_US, PRIORITY, Ground
 
 GROUND, COMPANION_LINK = "udpin:127.0.0.1:14550", "udpin:127.0.0.1:14540"
 PARAMETERS = {
@@ -84,7 +84,7 @@ def sih(program: Path, directory: Path, **more: float) -> Iterator[Sih]:
             env=os.environ | settings,
         )  # fmt: skip
         with contextlib.suppress(PermissionError):  # an autopilot does not wait for other programs
-            os.sched_setscheduler(process.pid, os.SCHED_RR, os.sched_param(5))
+            os.sched_setscheduler(process.pid, os.SCHED_RR, os.sched_param(PRIORITY))
         try:
             running = Sih(program, directory)
             running.wait()

@@ -23,8 +23,8 @@ import numpy as np
 
 VEHICLE_PORT, COMPANION_PORT = 14540, 14541
 HEAD = struct.Struct("<ddBBH")
-PRIORITY = 8
-"""Real-time priority where it may be had: a wire does not wait for other programs."""
+PRIORITY = 31
+"""Real-time priority where it may be had: a wire does not wait for other programs, nor for a daemon at 20."""
 
 
 class Way(IntEnum):

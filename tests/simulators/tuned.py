@@ -1,0 +1,62 @@
+"""From no model to a flown design, beside a real autopilot in its simulator: `tune --link` in hover, then off and on:
+
+    DOB_ARDUCOPTER=… python -m tests.simulators.tuned ardupilot -o DIR [PROGRAM…]
+    DOB_PX4=…        python -m tests.simulators.tuned px4 -o DIR [PROGRAM…]
+
+Programs as in tests.ardupilot.flights. DIR/tuned is what `tune` has made. Linux only, in a network of its own.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from tests.ardupilot import simulator as ardupilot
+from tests.ardupilot.flights import LARGEST_TWIST_MS, PROGRAMS, fly, keep
+from tests.px4 import simulator as px4
+
+WANTED = ("sine-roll", "sine-pitch", "noise-roll", "noise-pitch", "noise-yaw")
+AIRCRAFT = {
+    "ardupilot": ("DOB_ARDUCOPTER", ardupilot.copter, ardupilot.Ground, ardupilot.COMPANION_LINK),
+    "px4": ("DOB_PX4", px4.sih, px4.Px4Ground, px4.COMPANION_LINK),
+}
+
+
+def as_others() -> None:
+    """Without the real-time priority that these flights may have: a design is computed for minutes."""
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
+def main() -> None:
+    """Enter the namespace, take off, tune, fly."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("autopilot", choices=AIRCRAFT)
+    parser.add_argument("-o", type=Path, required=True, metavar="DIR")
+    parser.add_argument("program", nargs="*", metavar="PROGRAM", help=", ".join(PROGRAMS))
+    arguments = parser.parse_intermixed_args()
+    if "DOB_FLIGHT_INSIDE" not in os.environ:
+        command = ardupilot.in_namespace("-m", "tests.simulators.tuned", *sys.argv[1:])
+        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    variable, aircraft, station, link = AIRCRAFT[arguments.autopilot]
+    directory = arguments.o.resolve()
+    directory.mkdir(parents=True, exist_ok=True)
+    with aircraft(Path(os.environ[variable]), directory):
+        ground = station(directory / "ground.tlog")
+        try:
+            ground.fly()
+            tune = [sys.executable, "-m", "dob_companion", "tune", "--link", link, "-o", str(directory / "tuned")]
+            subprocess.run(tune, check=True, preexec_fn=as_others)
+            with ardupilot.companion(directory / "tuned" / "design.json", directory, link=link):
+                if arguments.autopilot == "ardupilot":
+                    ground.set("SIM_TWIST_TIME", LARGEST_TWIST_MS)
+                time.sleep(5.0)
+                rows = fly(ground, arguments.program or list(WANTED))
+        finally:
+            ground.close()
+    keep(directory, ground, rows)
+
+
+if __name__ == "__main__":
+    main()
