@@ -133,6 +133,7 @@ class Samples:
         self._missing, self._model = missing, model
         self._dt_us = 1e6 * dt
         self._tolerance_us = SNAP * self._dt_us
+        self._longest_held_us = (HELD + WHOLE) * self._dt_us
         self._newest: int | None = None
         self._rates: Axes3 = (0.0, 0.0, 0.0)
         self._grid = 0.0
@@ -169,7 +170,8 @@ class Samples:
         read = read_late_us is not None
         kept = (stamp_us, _difference(moment, ours), ours, read_late_us) if read else (stamp_us, moment, NOTHING, None)
         begin, end = self._finished[-1][:2] if self._finished else (0.0, 0.0)
-        awaited = before < (end if read else begin) - self._tolerance_us
+        on_line = read or stamp_us - before > self._longest_held_us  # which then runs through the last interval as well
+        awaited = before < (end if on_line else begin) - self._tolerance_us
         self._forget()
         insort(self._moments, kept, key=itemgetter(0))
         del self._moments[:-MOST_MOMENTS]
@@ -317,7 +319,7 @@ class Samples:
         stamp, own, ours, late_us = self._moments[which]
         if which + 1 < len(self._moments):
             next_stamp, next_own, *_ = self._moments[which + 1]
-            if late_us is not None or next_stamp - stamp > (HELD + WHOLE) * self._dt_us:
+            if late_us is not None or next_stamp - stamp > self._longest_held_us:
                 own = _between(own, next_own, ((begin + end) / 2 - stamp) / (next_stamp - stamp))
         if late_us is None:
             return own

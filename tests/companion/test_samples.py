@@ -1,8 +1,11 @@
 """Irregular, missing, late and jumping stamps, brought to the design's grid (dob_companion/companion/samples.py)."""
 
+from itertools import pairwise
+from operator import itemgetter
+
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from dob_companion.companion.samples import Arrival, Samples
@@ -153,6 +156,50 @@ def test_a_moment_that_comes_before_its_gyro_sample_is_kept_for_it():
     samples.gyro(DT_US * 10, np.zeros(3))
     (inputs,) = samples.gyro(DT_US * 11, np.zeros(3)).finished
     assert np.array_equal(inputs[1], np.full(3, 7.0))
+
+
+def totals(arrivals):
+    """What each interval has been told in the end, and the stamps of moments that were of no use.
+
+    `arrivals`: (stamp, moment), the moment None for a gyro sample."""
+    samples, told, dropped = new_samples(moments=8), [], set()
+    for stamp, moment in arrivals:
+        if moment is None:
+            told += [np.array(inputs) for inputs in Samples.gyro(samples, stamp, tuple(rate_at(stamp))).finished]
+            continue
+        revised = Samples.moment(samples, stamp, (moment, 0.0, 0.0))
+        if revised is None:
+            dropped.add(stamp)
+        for ago, rates, changed in revised or ():
+            told[len(told) - 1 - ago] += np.array((rates, changed))
+    assert samples.counters.gaps <= 1
+    return np.array(told), dropped
+
+
+@settings(max_examples=examples(200), deadline=None)
+@given(
+    st.lists(st.sampled_from([-1.5, 0.5, 0.5, 0.5, 0.5, 1.5, 2.5, None]), min_size=20, max_size=60),
+    st.integers(0, 2**32 - 1),
+)
+def test_in_which_order_moments_and_samples_come_leaves_no_trace(delays, seed):
+    """Each moment comes so many samples after its own gyro sample, or never; at the end all come in time."""
+    delays = [0.5] * 3 + delays + [0.5] * 16
+    values = np.random.default_rng(seed).normal(size=len(delays)).tolist()
+    gyro = [(float(k), DT_US * k, None) for k in range(len(delays))]
+    came = [(k + delay, DT_US * k, values[k]) for k, delay in enumerate(delays) if delay is not None]
+    assume(max(b - a for a, b in pairwise(sorted(stamp for _, stamp, _ in came))) <= 4 * DT_US)
+    found, dropped = totals([arrival[1:] for arrival in sorted(gyro + came, key=itemgetter(0))])
+    in_time = [(stamp / DT_US + 0.5, stamp, moment) for _, stamp, moment in came if stamp not in dropped]
+    expected, _ = totals([arrival[1:] for arrival in sorted(gyro + in_time, key=itemgetter(0))])
+    assert found == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_moment_ahead_of_its_sample_makes_the_line_of_the_interval_before():
+    stamps = DT_US * np.arange(6)
+    told, _ = totals(
+        [*((int(t), m) for t in stamps[:3] for m in (None, 0.0)), (12000, None), (20000, 6.0), (16000, None)]
+    )
+    assert told[:, 1, 0] == pytest.approx([0.0, 0.0, 1.0, 3.0])
 
 
 def test_a_moment_older_than_one_that_finished_intervals_know_is_dropped_and_counted():
