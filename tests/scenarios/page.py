@@ -27,8 +27,8 @@ change; in `gust` nothing turns roll, and 99 % of the power of its 0.1 mrad is t
 Where all three are 1 otherwise, the companion has let go for good: `flexible.toml` says why.
 
 In wind, position hold feeds the rate of its lean forward: without that the lag behind the lean, which no observer can
-touch, was nine tenths of the power of the pitch error, and the ratios 0.8. In `dryden` 0.26 of pitch's 2.8 mrad lie
-above 5 Hz, out of the observer's reach too: with it they are 0.25, 0.33 and 0.38 of the 0.32, 0.40 and 0.45 left.
+touch, was nine tenths of the power of the pitch error, and the ratios 0.8. In `dryden` 0.27 of pitch's 2.8 mrad lie
+above 5 Hz, out of the observer's reach too: with it they are 0.26, 0.32 and 0.37 of the 0.32, 0.38 and 0.44 left.
 """
 
 
