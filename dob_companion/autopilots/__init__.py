@@ -5,6 +5,7 @@ Each make is a file here; docs/spec-from-parameters.md says where in its sources
 
 from dob_companion.autopilots.ardupilot import ardupilot, prefix_for
 from dob_companion.autopilots.autopilot import Autopilot, RateLoop
+from dob_companion.autopilots.contract import CONTRACT
 from dob_companion.autopilots.parameters import Parameters, parse_parameters, single
 from dob_companion.autopilots.px4 import PX4
 from dob_companion.autopilots.spec import Aircraft, Sourced, spec_text
@@ -24,15 +25,15 @@ __all__ = [
     "spec_text",
 ]
 
-_KINDS = (ardupilot("ATC_"), ardupilot("Q_A_"), PX4)
+_KINDS = (ardupilot("ATC_"), ardupilot("Q_A_"), PX4, CONTRACT)
 
 
 def autopilot_of(make: str, vehicle: str) -> Autopilot | None:
-    """What is known of an autopilot of this make ("ArduPilot", "PX4") in this kind of vehicle, by the words of its
-    heartbeat; None for any other make."""
+    """What is known of an autopilot of this make ("ArduPilot", "PX4", "generic") in this kind of vehicle, by the words
+    of its heartbeat; None for any other make."""
     if make == makes.ARDUPILOT:
         return ardupilot(prefix_for(vehicle))
-    return PX4 if make == makes.PX4 else None
+    return {makes.PX4: PX4, makes.GENERIC: CONTRACT}.get(make)
 
 
 def recognized(parameters: Parameters) -> Autopilot:

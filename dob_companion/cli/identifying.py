@@ -23,6 +23,7 @@ from dob_companion.identification.record import Record
 from dob_companion.identification.result import Identification, Interval
 from dob_companion.identification.spec import spec_text
 from dob_companion.identification.surroundings import Surroundings, around
+from dob_companion.identification.verdict import mistaken
 from dob_companion.logs import read_log
 from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes, axis_map
 from dob_companion.report.identification_page import identification_page
@@ -103,6 +104,9 @@ def of_logs(paths: Sequence[Path], options: Options, config: Path | None = None)
     surroundings = around(records, found)
     if not found.usable:
         return Outcome(found=found, surroundings=surroundings, spec=None, why="no axis is usable")
+    if wrong := [axis for axis, result in found.axes.items() if mistaken(result.why)]:
+        why = f"signals of {', '.join(wrong)} are mistaken for others, so who knows of the rest; --axis takes one alone"
+        return Outcome(found=found, surroundings=surroundings, spec=None, why=why)
     try:
         controllers = _controllers(records[-1], found.usable, options)
         delays = [said.delay for said in excited if said is not None and said.delay is not None]

@@ -126,7 +126,7 @@ def _asked(link: str, config: Path | None, state: Path | None) -> "tuple[Listeni
         raise NoVehicleError(f"{url}: no autopilot was heard (dob-companion doctor --link {url} tells more)")
     autopilot = autopilot_of(presence.make, presence.vehicle)
     if autopilot is None:
-        raise InputError(f"{url}: the autopilot's make is {presence.make}; parameters of ArduPilot and PX4 are known")
+        raise InputError(f"{url}: the autopilot's make is {presence.make}; expected ArduPilot, PX4 or generic")
     if not listening.parameters:
         raise NoVehicleError(f"{url}: {autopilot.name} does not answer PARAM_REQUEST_READ; is signing on?")
     version = f" {listening.version}" if listening.version else ""

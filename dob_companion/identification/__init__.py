@@ -10,6 +10,7 @@
     checks       that it is the aircraft
     fit, held    a model behind a hold, structure and intervals
     bound        its uncertainty over frequency
+    rigid        the same without flexible modes, which the bound then covers
     verdict      whether a design may be made from it
     identify     all of it
     result       what is handed on

@@ -19,6 +19,8 @@ BACKWARDS = 0.5
 SWAPPED = 3.0
 """Another axis answers when its coherence is this many times the own one's, and at least CLEAR."""
 CLEAR = 0.3
+ALIKE = 0.98
+"""Squared coherence of two instruments, over all windows and frequencies, that are one."""
 
 
 def is_controller(frequency: Floats, value: Complexes, controllers: Sequence[Transfer]) -> bool:
@@ -55,6 +57,19 @@ def follows_output(stretches: Sequence[tuple[Floats, Floats]], dt: float) -> boo
     look = round(LOOK_S / dt)
     after, before = np.sum(answer[near:look] ** 2), np.sum(answer[-look:-near] ** 2)
     return bool(before > BACKWARDS * after)
+
+
+def moved_alike(found: Sequence[Level], axis: int) -> str:
+    """The other axis whose instrument is this one's too, so that nothing tells them apart; "" where there is none."""
+    for level in found:
+        r = level.R[:, :, axis]
+        own = float(np.sum(np.abs(r) ** 2))
+        for other in {0, 1, 2} - {axis}:
+            theirs = level.R[:, :, other]
+            power = own * float(np.sum(np.abs(theirs) ** 2))
+            if power > 0.0 and abs(np.sum(theirs * r.conj())) ** 2 > ALIKE * power:
+                return AXES[other]
+    return ""
 
 
 def other_axis(found: Sequence[Level], axis: int) -> str:

@@ -24,7 +24,9 @@ from dob_companion.identification.fit import (
     Spread,
     best_start,
     fit,
-    fit_structures,
+    flexible,
+    rigid,
+    simplest,
     spread,
 )
 from dob_companion.identification.flights import (
@@ -50,7 +52,7 @@ from dob_companion.identification.result import (
     Mode,
     Response,
 )
-from dob_companion.identification.segments import USED, Instrument, excited, instruments, segments, stretches
+from dob_companion.identification.segments import INJECTED, USED, Instrument, excited, instruments, segments, stretches
 from dob_companion.identification.spectra import (
     FINE,
     Estimate,
@@ -61,6 +63,7 @@ from dob_companion.identification.views import Seen, Stretches, Views, reference
 
 FIRST_REFERENCE = np.array([0.03, 0.03, 0.01, 0.0])
 """Slow pole, lag, delay and lead that the first pass takes for near enough."""
+MOST_MODES = 3
 LEAST_POLE = 0.02
 """Of a reference: a pure integrator of the moment's mean would run away."""
 PARTS = 6
@@ -72,9 +75,9 @@ DIFFERENT = 2.6
 
 
 def identify(
-    flown: Record | Sequence[Record], *, axes: Sequence[str] = AXES, rate_hz: float = 250.0, modes: int = 0
+    flown: Record | Sequence[Record], *, axes: Sequence[str] = AXES, rate_hz: float = 250.0, modes: int = MOST_MODES
 ) -> Identification:
-    """All of `axes`, for a design at `rate_hz`; `modes`: flexible modes to look for on each axis.
+    """All of `axes`, for a design at `rate_hz`; `modes`: flexible modes at most on each axis.
 
     Several records are flights of one aircraft, the newest last: their spectra are averaged, and its parameters hold.
     Never raises for what they hold: an axis of which nothing can be said has the reason in `why`.
@@ -185,7 +188,9 @@ class _Axis:
     def _doubt(self, seen: Seen) -> str:
         """Why this instrument shows nothing of the aircraft; "" where it does."""
         if other := checks.other_axis(seen.levels, self._axis):
-            return f"axes swapped: {other}"
+            return f"{verdict.SWAPPED}: {other}"
+        if other := checks.moved_alike(seen.levels, self._axis):
+            return f"{self._name} and {other} were moved by one signal: excite one axis after another"
         if len(seen.estimate.frequency) < verdict.BANDS:
             return f"too little excitation by the {seen.instrument.name}: {verdict.DOUBLETS}"
         w = seen.estimate.frequency
@@ -206,11 +211,18 @@ class _Axis:
         if len(response.frequency) < verdict.BANDS:
             why = f"too little excitation by the {seen.instrument.name}: {verdict.DOUBLETS}"
             return AxisResult(axis=self._name, usable=False, why=why, response=response)
-        found, edges = self._views.levels(seen.instrument, seen.spans, reference, self._known.in_record, FINE)
-        fine = estimate(found, edges, self._axis, gaps=True)
-        resolved = fine if self._modes and len(fine.frequency) > len(seen.estimate.frequency) else seen.estimate
-        data = self._data(resolved, reference)
-        chosen, richest, reason = fit_structures(data, self._modes, start.parameters)
+        richest = rigid(self._data(seen.estimate, reference), start.parameters)
+        fine = self._fine(seen)
+        resolved = seen.estimate
+        bending = flexible(self._data(fine, reference), richest, self._modes) if _resolves(fine, resolved) else richest
+        if len(bending.parameters) > MODES:  # which the reference must know, for a window widens what is sharp
+            reference = bending.parameters.copy()
+            reference[POLE] = max(reference[POLE], LEAST_POLE)
+            seen = self._seen(first.instrument, first.spans, reference)
+            response, fine = self._response(seen), self._fine(seen)
+            resolved = fine
+            richest = fit(self._data(fine, reference), bending.free, bending.parameters)
+        chosen, reason = simplest(richest)
         width = spread(richest)
         between, gains = self._between(seen, chosen)
         apart = self._apart(seen, chosen)
@@ -233,6 +245,11 @@ class _Axis:
             response=response,
             model=model,
         )
+
+    def _fine(self, seen: Seen) -> Estimate:
+        """What it shows at a resolution at which modes stand out."""
+        found, edges = self._views.levels(seen.instrument, seen.spans, seen.reference, self._known.in_record, FINE)
+        return estimate(found, edges, self._axis, gaps=True)
 
     def _data(self, found: Estimate, reference: Floats) -> Data:
         factor = self._at(reference, found.frequency)
@@ -269,6 +286,7 @@ class _Axis:
             instrument=seen.instrument.name,
             axes=(self._name, *others),
             inverse_controller=inverse,
+            loop=found.loop if seen.instrument.name == INJECTED else None,
         )
 
     def _part(self, seen: Seen, spans: Spans) -> Data | None:
@@ -354,6 +372,10 @@ class _Axis:
             held_out_misfit=held_out_misfit,
             held_out_chi2=held_out_chi2,
         )
+
+
+def _resolves(fine: Estimate, smooth: Estimate) -> bool:
+    return len(fine.frequency) > len(smooth.frequency)
 
 
 def _misfit(model: Fit, data: Data) -> tuple[float, float]:

@@ -53,6 +53,7 @@ class Response:
     averages      independent averages behind each value
     direct        S_yu / S_uu, which wind and noise draw towards -1/C: for comparison only
     inverse_controller   -1/C of the autopilot's rate and attitude loop by its parameters; None where not known
+    loop          C G that closes around what was injected, attitude loop included; None for other instruments
     instrument    "injected signal", "attitude setpoint" or "rate setpoint"
     axes          those that were estimated together, this one first
     """
@@ -69,6 +70,7 @@ class Response:
     instrument: str
     axes: tuple[str, ...]
     inverse_controller: Complexes | None = None
+    loop: Complexes | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,6 +189,10 @@ class AxisResult:
             "usable": self.usable,
             "why": self.why,
             "gyro_filter": "; ".join(model.about_filters) if model else "",
+            "modes": [
+                {"frequency_hz": mode.frequency_hz.to_object(), "damping": mode.damping.to_object()}
+                for mode in (model.modes if model else ())
+            ],
         }
 
 

@@ -21,6 +21,7 @@ QUIET = 0.15
 HOVERING = 0.05
 """Least thrust of what flies, where the source does not say whether it does."""
 
+INJECTED = "injected signal"
 USED, HOLE, DISARMED, LANDED, LIMITED = range(5)
 WORDS = {
     HOLE: "samples are missing",
@@ -47,7 +48,7 @@ def instruments(grid: Grid) -> tuple[Instrument, ...]:
     """All that there are, the best first. Of angles their changes: what drifts leaks into all frequencies."""
     found = []
     if grid.injected is not None:
-        found.append(Instrument("injected signal", grid.injected, 5e-4, 1))
+        found.append(Instrument(INJECTED, grid.injected, 5e-4, 1))
     if grid.attitude_setpoint is not None:
         steps = np.diff(grid.attitude_setpoint, axis=0, prepend=grid.attitude_setpoint[:1])
         found.append(Instrument("attitude setpoint", steps / grid.dt, 0.01, 2))

@@ -1,6 +1,6 @@
 """From an identification to the spec that `design --auto` takes: every number with where it comes from."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -8,12 +8,13 @@ from dob_companion.autopilots import Sourced
 from dob_companion.autopilots.written import comment, listed, model_lines, number
 from dob_companion.errors import InputError
 from dob_companion.identification.controllers import Controllers
-from dob_companion.identification.result import AxisModel, Identification, Interval
+from dob_companion.identification.result import AxisModel, Identification, Interval, Mode
+from dob_companion.identification.rigid import rigid
 from dob_companion.identification.surroundings import Surroundings
 from dob_companion.lti.margins import disk_margin
 from dob_companion.lti.response import response
 from dob_companion.synthesis.plant.models import to_state_space
-from dob_companion.synthesis.spec.parse import parse_spec
+from dob_companion.synthesis.spec.parse import Spec, parse_spec
 
 ASSUMED_CORNER_HZ = 1.0
 """Of gusts, where the recorded air was too calm to show a corner."""
@@ -23,6 +24,9 @@ LEAST_NOISE = 5e-4
 
 MARGIN_KEPT, LEAST_MARGIN, MOST_MARGIN = 0.8, 0.2, 0.4
 """The loop with the observer is to keep this share of the disk margin that it has without, within these ends."""
+
+LOOP_FROM_HZ, LEAST_LOOP, LOOP_BANDS, LOOP_OFF = 1.5, 0.3, 3, 0.5
+"""Loops are compared from so many Hz on, where one is this large, in so many bands: by their distance, relative."""
 
 LIMIT_OF_RMS, LEAST_LIMIT, MOST_LIMIT = 10.0, 0.15, 0.3
 """What the observer is asked to reject at most: this many times the rms that was seen, within these ends."""
@@ -43,9 +47,16 @@ def spec_text(
     if not axes:
         reasons = "; ".join(f"{axis}: {result.why}" for axis, result in found.axes.items())
         raise InputError(f"{found.source}: no axis is usable: {reasons}")
-    blocks = [line for axis in axes for line in _block(axis, _model(found, axis), controllers, surroundings.get(axis))]
+    models = {axis: _model(found, axis) for axis in axes}
+    blocks = [
+        line
+        for axis, model in models.items()
+        for line in _block(axis, rigid(model, rate_hz), model.modes, controllers, surroundings.get(axis))
+    ]
     head = [*_head(found, controllers), *_design(rate_hz, delay_samples)]
-    margin = _baseline_margin("\n".join([*head, *blocks]), found.source)
+    baseline = "\n".join([*head, *blocks])
+    _require_same_loop(baseline, found, controllers.attitude_gain.value)
+    margin = _baseline_margin(baseline, found.source)
     return "\n".join([*head, *_auto(surroundings, controllers, margin), *blocks]) + "\n"
 
 
@@ -107,7 +118,9 @@ def _corner(seen: Mapping[str, Surroundings]) -> str:
     return f"{number(_round(middle))}   # measured: {said}"
 
 
-def _block(axis: str, model: AxisModel, controllers: Controllers, around: Surroundings | None) -> Iterator[str]:
+def _block(
+    axis: str, model: AxisModel, modes: Sequence[Mode], controllers: Controllers, around: Surroundings | None
+) -> Iterator[str]:
     yield from ("[[block]]", f'name = "{axis}"', f'axes = ["{axis}"]')
     if around is not None:
         rms = around.disturbance_rms.value
@@ -115,6 +128,10 @@ def _block(axis: str, model: AxisModel, controllers: Controllers, around: Surrou
         yield f"largest_disturbance = {limit}   # {LIMIT_OF_RMS:g} times the rms of {rms:.2g} that was seen"
     yield "[block.plant]"
     yield from comment("; ".join(_about(model)))
+    for mode in modes:
+        yield from comment(
+            f"left to the uncertainty: mode at {_said(mode.frequency_hz, 1.0)} Hz, damping {_said(mode.damping, 1.0)}"
+        )
     if model.about_filters:
         yield from comment("; ".join(model.about_filters))
     yield from model_lines(model.transfer(), "zoh", model.delay_s.value)
@@ -134,8 +151,6 @@ def _about(model: AxisModel) -> Iterator[str]:
     if model.lead_s.value:
         yield f"lead {_said(model.lead_s, 1e3)} ms"
     yield f"delay {_said(model.delay_s, 1e3)} ms"
-    for mode in model.modes:
-        yield f"mode at {_said(mode.frequency_hz, 1.0)} Hz, damping {_said(mode.damping, 1.0)}"
 
 
 def _said(interval: Interval, scale: float) -> str:
@@ -149,9 +164,7 @@ def _baseline_margin(text: str, source: str) -> tuple[str, float]:
     Raises InputError for a loop that is unstable by the model, which flew: one of its numbers is not that of the
     aircraft.
     """
-    spec = parse_spec(
-        text + "\n[auto]\ndisturbance_corner_hz = 1.0\nnoise_rms = 1.0\nleast_disk_margin = 0.1\n", source
-    )
+    spec = _parsed(text, source)
     angles = np.concatenate([np.geomspace(1e-5, 0.05, 300), np.linspace(0.05, np.pi, 3000)])
     margins = {}
     for block in spec.blocks:
@@ -166,6 +179,37 @@ def _baseline_margin(text: str, source: str) -> tuple[str, float]:
         margins[block.name] = disk_margin(1.0 / (1.0 + response(loop, angles)[:, 0, 0]))
     weakest = min(margins, key=lambda name: margins[name])
     return weakest, margins[weakest]
+
+
+def _parsed(text: str, source: str) -> Spec:
+    return parse_spec(
+        text + "\n[auto]\ndisturbance_corner_hz = 1.0\nnoise_rms = 1.0\nleast_disk_margin = 0.1\n", source
+    )
+
+
+def _require_same_loop(text: str, found: Identification, attitude_gain: float) -> None:
+    """What closes around an injected signal is C G in any units; raises InputError where model and controller make
+    another loop than the record shows."""
+    for block in _parsed(text, found.source).blocks:
+        seen = found.axes[block.name].response
+        if seen is None or seen.loop is None:
+            continue
+        w = seen.frequency
+        angles = w / found.rate_hz
+        plant, controller = (to_state_space(m, 1.0 / found.rate_hz, (1, 1)) for m in (block.plant, block.controller))
+        loop = response(plant * controller, angles)[:, 0, 0] * (1.0 + attitude_gain / (1j * w))
+        larger = np.maximum(np.abs(loop), np.abs(seen.loop))
+        clear = (w > LOOP_FROM_HZ * 2.0 * np.pi) & (larger > LEAST_LOOP)
+        if np.count_nonzero(clear) < LOOP_BANDS:
+            continue
+        off = float(np.median((np.abs(seen.loop - loop) / larger)[clear]))
+        if off > LOOP_OFF:
+            size = float(np.median(np.abs(seen.loop / loop)[clear]))
+            raise InputError(
+                f"{found.source}: {block.name}: the rate loop that the record shows is not that of the model and the "
+                f"controller's parameters ({size:.2g} times its size, {100.0 * off:.0f} % apart): are these of that "
+                "flight, is what was injected part of the moment, are rates in rad/s and moments from -1 to 1?"
+            )
 
 
 def _round(value: float) -> float:

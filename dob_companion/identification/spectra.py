@@ -62,7 +62,8 @@ FINE = Resolution((100.0, 200.0), 1.02)
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """Ratio H of an axis over n bands: fields as in `result.Response`; direct is the ratio S_yv / S_vv."""
+    """Ratio H of an axis over n bands: fields as in `result.Response`; direct is the ratio S_yv / S_vv, loop what
+    closes around an instrument that adds to u, S_rr / S_ur - 1."""
 
     frequency: Floats
     value: Complexes
@@ -72,6 +73,7 @@ class Estimate:
     coherence_y: Floats
     averages: Floats
     direct: Complexes
+    loop: Complexes
 
     def at(self, where: NDArray[np.bool_]) -> "Estimate":
         """Some of the bands."""
@@ -200,7 +202,7 @@ def estimate(
             total[bands] += own * getattr(one, each.name)
     got = weight > 0.0 if gaps else _longest_run(weight > 0.0)
     means = {each.name: total[got] / weight[got] for total, each in zip(sums, fields(Estimate), strict=True)}
-    numbers: dict[str, Any] = {n: mean if n in ("value", "direct") else mean.real for n, mean in means.items()}
+    numbers: dict[str, Any] = {n: mean if n in ("value", "direct", "loop") else mean.real for n, mean in means.items()}
     return Estimate(**numbers)
 
 
@@ -230,7 +232,8 @@ def _of_level(level: Level, axis: int, vague: float) -> tuple[Indices, Estimate]
     sure = (coherence_u - 1.0 / many) / (1.0 - 1.0 / many)  # what few averages show by chance
     strong = (1.0 - sure < WEAK * sure * many) & (many >= LEFT + 3.0)
     _leave_out(S_vr, S_yr, strong, axis)
-    inverse = np.linalg.inv(S_vr)
+    # Instruments that are one have no inverse, and nothing is said by them (`checks.moved_alike`).
+    inverse = np.linalg.inv(S_vr) if np.all(np.linalg.cond(S_vr) < 1e12) else np.linalg.pinv(S_vr)
     H = np.einsum("bj,bjk->bk", S_yr, inverse)
     instrument = np.einsum("wbj,bj->wb", R.conj(), inverse[index, :, axis])  # the sum of y times it is H of the axis
     left = averages - np.count_nonzero(H, axis=1)
@@ -252,6 +255,7 @@ def _of_level(level: Level, axis: int, vague: float) -> tuple[Indices, Estimate]
         coherence_y=_coherence(level, Y, R[:, :, axis]),
         averages=averages,
         direct=direct,
+        loop=_loop(level, axis),
     )
     good = strong[:, axis] & (left >= LEFT) & (deviation > 0.0) & (deviation < vague * np.abs(H[:, axis]))
     return level.layout.bands[good], estimate.at(good)
@@ -283,6 +287,12 @@ def _scatter(level: Level, shares: Complexes) -> Floats:
     each = np.add.reduceat(shares, level.layout.first, axis=1)
     alone, pairs = _power(each), 2.0 * np.sum((each[1:] * each[:-1].conj()).real, axis=0)
     return np.asarray(np.maximum(alone, alone + pairs))
+
+
+def _loop(level: Level, axis: int) -> Complexes:
+    R, U = level.R[:, :, axis], level.U[:, :, axis]
+    cross = level.banded(np.sum(U * R.conj(), axis=0))
+    return np.asarray(level.banded(_power(R)) / np.where(np.abs(cross) > 0.0, cross, 1e-300) - 1.0)
 
 
 def _coherence(level: Level, x: Complexes, r: Complexes) -> Floats:

@@ -2,15 +2,20 @@
 
 import numpy as np
 
+from dob_companion.artifact import AXES
 from dob_companion.identification.grid import HOLE, Grid, overlap, timing
 from dob_companion.identification.record import Record, Signal
 from dob_companion.identification.result import AxisModel, Floats, Response
-from dob_companion.identification.segments import DISARMED, LANDED, LIMITED, SHORTEST_S, USED, stretches
+from dob_companion.identification.segments import DISARMED, FULL, LANDED, LIMITED, SHORTEST_S, USED, stretches
 from dob_companion.identification.segments import HOLE as HOLED
 
 NEITHER_HOVERS = ("rover", "boat", "submarine", "plane", "airship", "tracker", "helicopter")
 SLOWEST = 0.6
 """Least rates of gyro and moment, of the design's."""
+STRAIGHT = 1e-3
+"""A bend is less than this share of the slopes where a signal goes straight on."""
+AT_STOPS = 0.05
+"""Share of the time that a signal may stand at its largest or smallest value."""
 LEAST_SAMPLES = 10
 BANDS = 6
 """Frequencies at least that a model is fitted to."""
@@ -26,6 +31,9 @@ PLAUSIBLE = (0.5, 2e4)
 """rad/s² per unit of torque, from a heavy aircraft's yaw to a racer's roll."""
 APART = 0.15
 """Largest relative standard deviation of the gain from segment to segment."""
+
+SATURATED = "saturated throughout: fly calmer, or excite with a smaller amplitude"
+NEGATIVE, SWAPPED = "the gain is negative", "axes swapped"
 
 EXCITE = "record over the link with `dob-companion excite`"
 DOUBLETS = "excite, or fly stick doublets in a mode that holds attitude"
@@ -55,10 +63,46 @@ def _useless(name: str, signal: Signal, rate_hz: float) -> str:
         return f"the {name}'s samples are not finite or not in order of time"
     if not np.any(np.ptp(signal.values, axis=0)):
         return f"the {name} never changes: {EXCITE}"
+    if name == "moment" and np.mean(np.any(np.abs(signal.values) >= FULL, axis=1)) > 0.5:
+        return SATURATED
+    return _too_slow(name, signal, rate_hz) or _cut_off(name, signal)
+
+
+def _too_slow(name: str, signal: Signal, rate_hz: float) -> str:
     hz = timing(signal).rate_hz
-    return (
-        f"{name} at {hz:.3g} Hz is too slow for a design at {rate_hz:g} Hz: {FASTER}" if hz < SLOWEST * rate_hz else ""
-    )
+    if hz < SLOWEST * rate_hz:
+        return f"{name} at {hz:.3g} Hz is too slow for a design at {rate_hz:g} Hz: {FASTER}"
+    if (news := telling_hz(signal)) < SLOWEST * rate_hz:
+        return (
+            f"{name} at {hz:.3g} Hz tells something new at {news:.3g} Hz only, between lies what was put in: "
+            f"too slow for a design at {rate_hz:g} Hz: {FASTER}"
+        )
+    return ""
+
+
+def telling_hz(signal: Signal) -> float:
+    """At what rate a signal tells something new: steps or bends, in any channel. What was logged slowly and put on a
+    finer raster is held in between, or on straight lines. Where it stands still altogether nothing is told by it."""
+    steps = np.diff(signal.values, axis=0)
+    slopes = steps / np.diff(signal.time)[:, None]
+    steep = np.abs(slopes[1:]) + np.abs(slopes[:-1])
+    changes = signal.time[1:][np.any(steps != 0.0, axis=1)]
+    bends = signal.time[1:-1][np.any(np.abs(np.diff(slopes, axis=0)) > STRAIGHT * steep, axis=1)]
+    rates = [1.0 / float(np.median(np.diff(at))) for at in (changes, bends) if len(at) >= LEAST_SAMPLES]
+    return min(rates) if len(rates) == 2 else 0.0
+
+
+def _cut_off(name: str, signal: Signal) -> str:
+    """Whether a channel stands at one end of its range for long, short of what segments know as saturated."""
+    for axis, values in zip(AXES, signal.values.T, strict=False):
+        for end in (float(values.max()), float(values.min())):
+            share = float(np.mean(np.abs(values - end) <= 1e-6 * abs(end))) if end else 0.0
+            if share > AT_STOPS and (name == "gyro" or abs(end) < FULL):
+                return (
+                    f"the {name} of {axis} stands at {end:.3g} for {100.0 * share:.0f} % of the time: it is cut off "
+                    "there, and what was beyond is not told"
+                )
+    return ""
 
 
 def not_flown(state: np.ndarray, grid: Grid) -> str:
@@ -70,7 +114,7 @@ def not_flown(state: np.ndarray, grid: Grid) -> str:
     counts = {code: int(np.count_nonzero(state == code)) for code in (LIMITED, LANDED, HOLED, DISARMED)}
     worst = max(counts, key=lambda code: counts[code])
     if worst == LIMITED:
-        return "saturated throughout: fly calmer, or excite with a smaller amplitude"
+        return SATURATED
     if worst == LANDED:
         return "never in flight: fly in hover"
     if worst == DISARMED:
@@ -93,7 +137,7 @@ def not_covered(response: Response, crossover_hz: float) -> str:
 def not_one_aircraft(model: AxisModel, between: float, gains: Floats) -> str:
     """Why a model cannot be an aircraft's, or not one's throughout; "" where it can."""
     if model.acceleration_per_unit.value <= 0.0:
-        return "the gain is negative: a sign is flipped, or axes are swapped, or this shows the controller"
+        return f"{NEGATIVE}: a sign is flipped, or axes are swapped, or this shows the controller"
     if not PLAUSIBLE[0] <= model.acceleration_per_unit.value <= PLAUSIBLE[1]:
         return (
             f"a gain of {model.acceleration_per_unit.value:.3g} rad/s² per unit is no aircraft's: "
@@ -121,6 +165,11 @@ def not_known(model: AxisModel) -> str:
             "fly calmer and steadier"
         )
     return ""
+
+
+def mistaken(why: str) -> bool:
+    """Whether this says that signals are not what they are named for, so that those of other axes may not be either."""
+    return why.startswith((NEGATIVE, SWAPPED))
 
 
 def praise(model: AxisModel, response: Response) -> str:

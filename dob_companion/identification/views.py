@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dob_companion.autopilots.transfer import Transfer
-from dob_companion.identification.fit import DELAY, LAG, POLE
+from dob_companion.identification.fit import DELAY, LAG, LEAD, MODES, POLE
 from dob_companion.identification.grid import Grid
 from dob_companion.identification.held import held_filter
 from dob_companion.identification.result import Complexes, Floats
@@ -69,5 +69,11 @@ class Views:
 
 def reference_of(p: Floats, known_part: Transfer) -> Transfer:
     """Of unit gain, all but the delay."""
-    lag = float(p[LAG])
-    return Transfer((1.0,), (1.0, float(p[POLE]))) * Transfer((1.0,), (lag, 1.0) if lag else (1.0,)) * known_part
+    lag, lead = float(p[LAG]), float(p[LEAD])
+    whole = Transfer((1.0,), (1.0, float(p[POLE]))) * Transfer((1.0,), (lag, 1.0) if lag else (1.0,)) * known_part
+    if lead and lag:  # without a lag it would not be proper
+        whole *= Transfer((lead, 1.0), (1.0,))
+    for peak, damping, dip, damping_dip in p[MODES:].reshape(-1, 4).tolist():
+        dips = Transfer((1.0 / dip**2, 2.0 * damping_dip / dip, 1.0), (1.0,))
+        whole *= dips * Transfer((1.0,), (1.0 / peak**2, 2.0 * damping / peak, 1.0))
+    return whole

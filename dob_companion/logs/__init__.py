@@ -9,7 +9,7 @@ from dob_companion.files.kinds import kind_of
 from dob_companion.identification.record import Record
 from dob_companion.logs.ardupilot import read_bin, read_text
 from dob_companion.logs.dataflash import looks_binary, looks_text
-from dob_companion.logs.dobtrace import read_dobtrace
+from dob_companion.logs.dobtrace import read_compressed, read_dobtrace
 from dob_companion.logs.px4 import looks_like_ulog, read_ulog
 from dob_companion.logs.table import looks_like_csv, read_csv, read_npz
 from dob_companion.logs.tlog import looks_like_tlog, read_tlog
@@ -20,7 +20,7 @@ __all__ = ["read_log", "reader_for"]
 _BEGIN = 1 << 16
 
 _KINDS: tuple[tuple[Callable[[bytes], bool], Callable[[Path], tuple[Record, ...]]], ...] = (
-    (lambda begin: begin.startswith(b"\x1f\x8b"), read_dobtrace),
+    (lambda begin: begin.startswith(b"\x1f\x8b"), read_compressed),
     (lambda begin: begin.startswith(b"PK\x03\x04"), read_npz),
     (looks_like_ulog, read_ulog),
     (looks_binary, read_bin),

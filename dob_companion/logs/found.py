@@ -61,12 +61,18 @@ def records(found: Found) -> tuple[Record, ...]:
             made.append(replace(record, remarks=part + record.remarks))
     if not made:
         raise LogError(
-            f"{found.source}: holds {len(found.rates.time)} samples of body rates and {len(found.moment.time)} of "
+            f"{found.source}: holds {_whole(found.rates)} samples of body rates and {_whole(found.moment)} of "
             f"moments, expected {_FEWEST} of each on one clock"
         )
     short = len(cuts) - len(made)
     lost = (f"{short} of {len(cuts)} parts hold too few samples of rates and moments: left out",) if short else ()
     return tuple(replace(record, remarks=record.remarks + lost) for record in made)
+
+
+def _whole(series: Series) -> str:
+    """How many there are, and how many of them are not whole."""
+    lost = len(series.time) - int((np.isfinite(series.time) & np.isfinite(series.values).all(axis=1)).sum())
+    return f"{len(series.time)} ({lost} not finite)" if lost else f"{len(series.time)}"
 
 
 def _credible(found: Found, name: str) -> tuple[Series, tuple[str, ...]]:

@@ -12,12 +12,15 @@
     thrust                                   0…1
     armed, flying, saturated                 0 or 1
 
-Hover axes. A cell may be empty, in an .npz NaN, where a signal has no sample at that time.
+Hover axes. Semicolons or tabs may stand between cells, and then a comma in a number. A cell may be empty, in an .npz
+NaN, where a signal has no sample at that time.
 """
 
 import csv
 import io
+import re
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -39,25 +42,47 @@ _OPTIONAL = {
     "attitude": "{}",
 }
 _COLUMNS = {name: [form.format(axis) for axis in _AXES] for name, form in (_REQUIRED | _OPTIONAL).items()}
+_NAME = re.compile(r"[a-z_][\w. \[\]/()%°²-]*")
+_TELLING, _LONGEST_STEP_S = 16, 1.0
+"""Lines that tell the usual step of time, and one that no record of an aircraft has."""
 _NAMES = [TIME, *(column for columns in _COLUMNS.values() for column in columns), "thrust", *FACTS]
 
 
 def looks_like_csv(begin: bytes) -> bool:
-    """Whether these first bytes may be a table's: a line of names, `time_s` among them."""
-    lines = (line for line in begin.decode("utf-8-sig", "replace").splitlines() if line.strip()[:1] not in ("", "#"))
-    return TIME in [name.strip() for name in next(lines, "").split(",")]
+    """Whether these first bytes may be a table's: a line of names between commas, semicolons or tabs."""
+    names = _names(next(_lines(_decoded(begin)), ""))[0]
+    return TIME in names or (len(names) > len(_AXES) and all(_NAME.fullmatch(name) for name in names))
 
 
 def read_csv(path: Path) -> tuple[Record, ...]:
     """A CSV table. Raises LogError, one line that names line and column."""
-    text = read_bytes(path).decode("utf-8-sig", "replace").replace("\0", "\ufffd")
-    rows = csv.reader(io.StringIO(text, newline=""))
+    text = _decoded(read_bytes(path)).replace("\0", "\ufffd")
+    between = _names(next(_lines(text), ""))[1]
+    if between != ",":  # as where numbers have a comma
+        text = text.replace(",", ".")
+    rows = csv.reader(io.StringIO(text, newline=""), delimiter=between)
     try:
         names, table, cut = _rows(rows, str(path))
     except csv.Error as problem:
         raise LogError(f"{path}: line {rows.line_num}: {problem}") from None
     columns = dict(zip(names, np.array(table, dtype=np.float64).reshape(-1, len(names)).T, strict=True))
     return _records(columns, str(path), ("the last line is cut short: left out",) if cut else ())
+
+
+def _decoded(data: bytes) -> str:
+    wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    return data.decode("utf-16" if wide else "utf-8-sig", "replace")
+
+
+def _lines(text: str) -> Iterator[str]:
+    """Those that are no comment."""
+    return (line for line in io.StringIO(text, newline=None) if line.strip()[:1] not in ("", "#"))
+
+
+def _names(line: str) -> tuple[list[str], str]:
+    """The names in the first line, and what stands between them."""
+    between = max(",;\t", key=line.count)
+    return [name.strip().strip('"').lower() for name in line.split(between)], between
 
 
 def _rows(rows: Any, source: str) -> tuple[list[str], list[list[float]], bool]:
@@ -71,7 +96,9 @@ def _rows(rows: Any, source: str) -> tuple[list[str], list[list[float]], bool]:
         if problem:
             raise LogError(problem)
         if not names:
-            names = [name.strip() for name in row]
+            names = [name.strip().lower() for name in row]
+            if twice := next((name for name in names if names.count(name) > 1), ""):
+                raise LogError(f"{source}: the column {twice} stands in it twice, expected each once")
             continue
         try:
             if len(row) != len(names):
@@ -101,7 +128,10 @@ def read_npz(path: Path) -> tuple[Record, ...]:
             for name in arrays.files:
                 columns[name] = np.asarray(arrays[name], dtype=np.float64)
     except (OSError, ValueError, TypeError, EOFError, KeyError, zipfile.BadZipFile, NotImplementedError) as problem:
-        raise LogError(f"{path}: not a whole .npz of numbers: {str(problem).splitlines()[0]}") from None
+        within = _within(path)
+        inside = f"; it holds {within}: unpack it first" if within else ""
+        words = str(problem).splitlines()[0][:60] if str(problem) else type(problem).__name__
+        raise LogError(f"{path}: not a whole .npz of numbers: {words}{inside}") from None
     for name, column in columns.items():
         expected = columns.get(TIME, column).shape
         if column.ndim != 1 or column.shape != expected:
@@ -109,10 +139,21 @@ def read_npz(path: Path) -> tuple[Record, ...]:
     return _records(columns, str(path), ())
 
 
+def _within(path: Path) -> str:
+    """The first file in an archive that is no array's; "" where there is none."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return next((name for name in archive.namelist() if not name.endswith(".npy")), "")
+    except (OSError, ValueError, zipfile.BadZipFile, NotImplementedError):
+        return ""
+
+
 def _records(columns: dict[str, Floats], source: str, remarks: tuple[str, ...]) -> tuple[Record, ...]:
     missing = [name for name in [TIME, *_COLUMNS["rates"], *_COLUMNS["moment"]] if name not in columns]
     if missing:
         raise LogError(f"{source}: lacks the column {', '.join(missing)}; body rates in rad/s, normalized torque")
+    if unlike := _unlike_seconds(columns[TIME]):
+        raise LogError(f"{source}: {TIME} {unlike}")
     said = [f"column left out: {unknown_key(name, _NAMES)}" for name in columns if name not in _NAMES]
     for signal, wanted in _COLUMNS.items():
         present = [name in columns for name in wanted]
@@ -132,6 +173,19 @@ def _records(columns: dict[str, Floats], source: str, remarks: tuple[str, ...]) 
             remarks=(*remarks, *said),
         )
     )
+
+
+def _unlike_seconds(time: Floats) -> str:
+    """Why these cannot be times of samples in seconds; "" where they can."""
+    steps = np.diff(time[np.isfinite(time)])
+    if len(steps) < _TELLING:
+        return ""
+    usual = float(np.median(np.abs(steps)))
+    if usual == 0.0:
+        return "does not go on from line to line: expected seconds with enough digits"
+    if usual > _LONGEST_STEP_S:
+        return f"goes on by {usual:.4g} from line to line: expected seconds, not ms or µs"
+    return ""
 
 
 def _series(columns: dict[str, Floats], names: list[str]) -> Series:

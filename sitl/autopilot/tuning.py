@@ -10,6 +10,11 @@ class RateGains:
     gain: float
     zeros: tuple[float, float]
 
+    def pid(self, dt: float) -> tuple[float, float, float]:
+        """P, I (1/s) and D (s) of u = P e + I dt sum(e before) + D (e − e before) / dt, which is C(z)."""
+        z1, z2 = self.zeros
+        return self.gain * (1.0 - z1 * z2), self.gain * (1.0 - z1) * (1.0 - z2) / dt, self.gain * z1 * z2 * dt
+
 
 @dataclass(frozen=True, slots=True)
 class Tuning:

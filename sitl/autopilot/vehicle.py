@@ -61,6 +61,7 @@ class Vehicle:
     def __init__(self, aircraft: Aircraft) -> None:
         self.airframe, self.mixer, tuning = aircraft.airframe, aircraft.mixer, aircraft.tuning
         self.attitude_gain = aircraft.attitude_gain  # 1/s, roll pitch yaw
+        self.rate_gains = None if aircraft.rates else tuning.rate
         self.attitude_command: Quaternion = LEVEL
         self.armed = False
         self.pulses_us = list(STICKS_US)

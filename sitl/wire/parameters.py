@@ -1,13 +1,14 @@
 """The vehicle's own parameters and their protocol; all REAL32, so that every ground station reads them alike."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from math import isfinite
 
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.autopilot.vehicle import Vehicle
-from sitl.constants import DT_US
+from sitl.constants import AXES, DT, DT_US
 from sitl.wire.port import COMPONENT, SYSTEM, Message, Port, source_of
 
 
@@ -25,7 +26,9 @@ class Parameter:
 class Parameters:
     """Parameter table of one vehicle. `takeoff_altitude` (m) is what a take-off without an altitude climbs to.
 
-    `SIM_ATT_P` is the attitude gain of roll, 1/s; a write sets all three axes.
+    `SIM_ATT_P` is the attitude gain of roll, 1/s; a write sets all three axes. `SIM_ROLLRATE_P`, `_I` and `_D` (and
+    PITCHRATE, YAWRATE) are the rate controller's: u = P e + I dt sum(e before) + D (e − e before) / dt. A vehicle whose
+    controllers are matrices has none of these.
     `MIS_TAKEOFF_ALT` has the name that MAVSDK asks for; `SYSID_THISMAV` the one that MAVProxy looks for.
     """
 
@@ -37,6 +40,7 @@ class Parameters:
             Parameter("SIM_RATE_HZ", lambda: 1e6 / DT_US),
             Parameter("SIM_SEED", lambda: float(seed)),
             Parameter("SYSID_THISMAV", lambda: float(SYSTEM)),
+            *_rate_gains(vehicle),
         )
         self._rows = {row.name: row for row in rows}
         self._names = list(self._rows)
@@ -96,6 +100,12 @@ class Parameters:
     def _refuse(message: Message, port: Port, name: str, index: int, error: int) -> None:
         if message.target_component == COMPONENT:
             port.send(mavlink.MAVLink_param_error_message(*source_of(message), name.encode(), index, error))
+
+
+def _rate_gains(vehicle: Vehicle) -> Iterator[Parameter]:
+    for axis, gains in zip(AXES, vehicle.rate_gains or (), strict=False):
+        for name, value in zip("PID", gains.pid(DT), strict=True):
+            yield Parameter(f"SIM_{axis.upper()}RATE_{name}", partial(float, value))
 
 
 def _set_gain(vehicle: Vehicle, value: float) -> None:

@@ -3,8 +3,11 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from dob_companion.lti.response import response
+from dob_companion.synthesis.plant.models import to_state_space
 from dob_companion.synthesis.spec.parse import parse_spec
 from tests.cli.processes import one_line, run_cli, run_here
 from tests.clients.processes import process
@@ -24,7 +27,7 @@ def identified(tmp_path_factory):
     with process("-m", "sitl", "--clock", "lockstep", *links):
         finished = run_cli(
             *("identify", "--link", f"udpin:127.0.0.1:{port}", "--axis", "pitch", "--seconds", "8", "-o", out),
-            *("--controller", PAPER, "--json"),
+            "--json",
         )
     assert finished.returncode == 0, finished.stderr
     return out, json.loads(finished.stdout.splitlines()[-1])
@@ -49,7 +52,7 @@ def test_the_plant_is_found_over_the_link_with_its_interval_and_is_a_spec_that_d
 def test_the_same_log_says_the_same_and_that_the_papers_model_holds(identified, tmp_path):
     out, told = identified
     log = out / "excitation" / "excite.tlog"
-    again = run_here("identify", "--log", log, "--axis", "pitch", "-o", tmp_path, "--controller", PAPER, "--json")
+    again = run_here("identify", "--log", log, "--axis", "pitch", "-o", tmp_path, "--json")
     assert json.loads(again.stdout)["axes"] == told["axes"]
     design = tmp_path / "design.json"
     text = PAPER.read_text(encoding="utf-8")
@@ -64,13 +67,14 @@ def test_the_same_log_says_the_same_and_that_the_papers_model_holds(identified, 
     assert axis["delay_s"]["value"] == pytest.approx(0.0, abs=4e-4)
 
 
-def test_without_the_controllers_there_is_a_model_but_no_spec_and_it_says_what_to_give(identified, tmp_path):
+def test_the_vehicle_s_own_parameters_tell_its_controllers(identified):
+    """No spec was given: C in the spec that came is the paper's (12), from the vehicle's gains."""
     out, _ = identified
-    log = out / "excitation" / "excite.tlog"
-    finished = run_here("identify", "--log", log, "--axis", "pitch", "-o", tmp_path)
-    assert "no parameters of the autopilot in it" in finished.stdout
-    assert "--params FILE, or --controller SPEC.toml" in finished.stdout
-    assert not (tmp_path / "spec.toml").exists()
+    (block,) = parse_spec((out / "spec.toml").read_text(encoding="utf-8")).blocks
+    (paper,) = (each for each in parse_spec(PAPER.read_text(encoding="utf-8")).blocks if each.name == "pitch")
+    own, true = (to_state_space(each.controller, 0.004, (1, 1)) for each in (block, paper))
+    angles = np.geomspace(1e-3, 3.0, 30)
+    assert response(own, angles) == pytest.approx(response(true, angles), rel=1e-5)
 
 
 def test_a_file_that_is_no_log_is_one_line(tmp_path):

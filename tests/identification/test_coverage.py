@@ -4,10 +4,13 @@ The true response must lie within the model's bound at all of LOOKED_AT_HZ, more
 flights, for each axis. One flight is in the ordinary tests, all of them in `make proof`.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from dob_companion.identification.identify import identify
+from dob_companion.identification.rigid import rigid
 from tests.identification.hovering import Axis, fly, record
 
 LINK_S = 0.008
@@ -29,6 +32,7 @@ YAW = Axis(gain=198.0, pole=0.4, lag=0.0665, delay=LINK_S, p=0.05, i=0.03, attit
 AXES = {"roll": ROLL, "pitch": PITCH, "yaw": YAW}
 
 
+@cache
 def flight(seed):
     return identify(record(fly(AXES.values(), 90, seed, coupling=0.02, band=(0.15, 40.0))))
 
@@ -64,12 +68,22 @@ def test_the_truth_lies_in_the_bound_in_95_of_100_flights():
     assert min(held.values()) >= 95, held
 
 
-def test_a_flexible_mode_is_fitted_when_asked_for_and_only_where_there_is_one():
-    found = identify(
-        record(fly(AXES.values(), 90, 3, coupling=0.02, band=(0.15, 40.0))), axes=("roll", "pitch"), modes=1
-    )
+def test_a_flexible_mode_is_fitted_only_where_there_is_one():
+    found = identify(record(fly(AXES.values(), 90, 3, coupling=0.02, band=(0.15, 40.0))), axes=("roll", "pitch"))
     (mode,) = found.axes["roll"].model.modes
     assert mode.frequency_hz.value == pytest.approx(13.0, rel=0.01)
     assert mode.damping.value == pytest.approx(0.03, rel=0.15)  # a window widens it a little
     assert found.axes["roll"].model.chi2 < 2.0
     assert found.axes["pitch"].model.modes == ()
+
+
+def test_a_model_without_its_modes_bounds_what_they_do():
+    model = flight(0).axes["roll"].model
+    bare = rigid(model, 250.0)
+    hertz = np.geomspace(*LOOKED_AT_HZ, 4000)
+    w = 2.0 * np.pi * hertz
+    assert model.modes
+    assert bare.modes == ()
+    off = np.abs(ROLL.held(w, 0.004) / bare.response(w, 250.0) - 1.0)
+    assert np.all(off <= bare.bound.at(hertz))
+    assert np.max(off) > 0.5

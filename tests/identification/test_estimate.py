@@ -101,6 +101,7 @@ def test_the_json_is_plain_numbers_and_words(windy):
     whole = json.loads(json.dumps(windy.to_object()))["axes"]["roll"]
     assert set(whole) == {
         "acceleration_per_unit", "slow_pole_rad_s", "lag_s", "lead_s", "delay_s", "usable", "why", "gyro_filter",
+        "modes",
     }  # fmt: skip
     assert set(whole["delay_s"]) == {"value", "low", "high"}
 

@@ -22,6 +22,22 @@ def thinned(signal, step):
     return Signal(signal.time[::step], signal.values[::step])
 
 
+def on_raster(signal, step, *, held):
+    """Logged every `step` samples and put on the raster of all."""
+    slow = thinned(signal, step)
+    if held:
+        return Signal(signal.time, np.repeat(slow.values, step, axis=0)[: len(signal.time)])
+    return Signal(signal.time, np.column_stack([np.interp(signal.time, slow.time, each) for each in slow.values.T]))
+
+
+def one_for_all(signal):
+    return replace(signal, values=np.repeat(signal.values[:, :1], 3, axis=1))
+
+
+def clipped(signal, most):
+    return replace(signal, values=np.clip(signal.values, -most, most))
+
+
 def refused(whole, axis="roll", **more):
     found = identify(whole, axes=(axis,), **more)
     assert found.usable == ()
@@ -48,6 +64,15 @@ WHOLE = record(EXCITED)
         ({"moment": replace(WHOLE.moment, values=np.roll(WHOLE.moment.values, 1, axis=1))}, "axes swapped"),
         ({"moment": replace(WHOLE.moment, values=0.0 * WHOLE.moment.values)}, "never changes"),
         ({"rates": replace(WHOLE.rates, values=np.where(WHOLE.rates.values > 1e9, 0.0, np.nan))}, "not finite"),
+        ({"moment": on_raster(WHOLE.moment, 5, held=True)}, "moment at 250 Hz tells something new at 50 Hz only"),
+        ({"rates": on_raster(WHOLE.rates, 10, held=False)}, "gyro at 250 Hz tells something new at 25 Hz only"),
+        ({"moment": clipped(WHOLE.moment, 0.03)}, "the moment of roll stands at 0.03 for"),
+        ({"rates": clipped(WHOLE.rates, 0.1)}, "the gyro of roll stands at 0.1 for"),
+        ({"moment": replace(WHOLE.moment, values=np.sign(WHOLE.moment.values))}, "saturated throughout"),
+        (
+            {"injected": one_for_all(WHOLE.injected), "rate_setpoint": None},
+            "roll and pitch were moved by one signal",
+        ),
         ({"injected": None, "rate_setpoint": None}, "no excitation"),
         ({"make": "ArduPilot", "rates_filtered": False}, "INS_GYRO_FILTER is missing"),
     ],

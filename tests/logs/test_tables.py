@@ -1,5 +1,8 @@
 """Tables of numbers: CSV and .npz."""
 
+import gzip
+import zipfile
+
 import numpy as np
 import pytest
 
@@ -87,8 +90,41 @@ def test_a_last_line_that_is_cut_off_is_left_out(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "content",
+    [
+        text().replace("roll_rate", " Roll_Rate"),
+        text().replace(",", "\t"),
+        text().replace(",", ";").replace(".", ","),
+        text().encode("utf-16"),
+    ],
+)
+def test_a_table_as_other_programs_write_it_is_the_same_table(tmp_path, content):
+    (record,) = read(tmp_path, content)
+    assert np.array_equal(record.rates.values, RATES)
+    assert np.array_equal(record.moment.values, MOMENT)
+
+
+def test_what_is_packed_is_named_and_not_guessed_at(tmp_path):
+    for name, packed in (("x.gz", gzip.compress(text().encode())), ("y.gz", gzip.compress(b"ULog\x01\x12\x35" * 9))):
+        with pytest.raises(LogError, match="a log that is compressed: unpack it first"):
+            read(tmp_path, packed, name)
+    with zipfile.ZipFile(tmp_path / "x.zip", "w") as archive:
+        archive.writestr("flight.csv", text())
+    with pytest.raises(LogError, match=r"it holds flight\.csv: unpack it first"):
+        read_log(tmp_path / "x.zip")
+
+
+@pytest.mark.parametrize(
     ("content", "words"),
     [
+        (
+            text(np.column_stack((1e3 * TIMES, RATES, MOMENT))),
+            "time_s goes on by 4 from line to line: expected seconds",
+        ),
+        (text(np.column_stack((0.0 * TIMES, RATES, MOMENT))), "time_s does not go on from line to line"),
+        (text(np.column_stack((TIMES, np.nan * RATES, MOMENT))), r"holds 100 \(100 not finite\) samples of body rates"),
+        (text(names=[*NAMES[:6], "roll_rate"]), "the column roll_rate stands in it twice"),
+        ("timestamp,p,q,r,mx,my,mz\n1,2,3,4,5,6,7\n", "lacks the column time_s, roll_rate"),
         (text(TABLE[:, :6], NAMES[:6]), "lacks the column yaw_moment"),
         (text(names=[*NAMES[:6], "yaw_torque"]), "lacks the column yaw_moment"),
         (text().replace("\n", ",1\n", 3), "lacks|cells"),
