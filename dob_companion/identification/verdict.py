@@ -8,6 +8,7 @@ from dob_companion.identification.record import Record, Signal
 from dob_companion.identification.result import AxisModel, Floats, Response
 from dob_companion.identification.segments import DISARMED, FULL, LANDED, LIMITED, SHORTEST_S, USED, stretches
 from dob_companion.identification.segments import HOLE as HOLED
+from dob_companion.mavlink.makes import ARDUPILOT, PX4
 
 NEITHER_HOVERS = ("rover", "boat", "submarine", "plane", "airship", "tracker", "helicopter")
 SLOWEST = 0.6
@@ -37,10 +38,10 @@ NEGATIVE, SWAPPED = "the gain is negative", "axes swapped"
 
 EXCITE = "record over the link with `dob-companion excite`"
 DOUBLETS = "excite, or fly stick doublets in a mode that holds attitude"
-FASTER = (
-    f"{EXCITE}, or log faster: PX4 SDLOG_PROFILE with high rate and system identification, "
-    "ArduPilot LOG_BITMASK with fast attitude and LOG_FILE_RATEMAX 0"
-)
+FASTER = {
+    PX4: "PX4 SDLOG_PROFILE with high rate and system identification",
+    ARDUPILOT: "ArduPilot LOG_BITMASK with fast attitude and LOG_FILE_RATEMAX 0",
+}
 
 
 def unfit(record: Record, rate_hz: float) -> str:
@@ -48,15 +49,17 @@ def unfit(record: Record, rate_hz: float) -> str:
     if any(word in record.vehicle for word in NEITHER_HOVERS) and "vtol" not in record.vehicle:
         return f"a {record.vehicle} does not hover: only rotors' and tail-sitters' hover is identified"
     signals = {"gyro": record.rates, "moment": record.moment}
-    if why := next(filter(None, (_useless(name, signal, rate_hz) for name, signal in signals.items())), ""):
-        return why
+    faster = f"{EXCITE}, or log faster: {FASTER.get(record.make) or ', '.join(FASTER.values())}"
+    if why := next(filter(None, (_useless(name, signal, rate_hz, faster) for name, signal in signals.items())), ""):
+        never = record.armed is not None and len(record.armed.time) and not record.armed.holds.any()
+        return f"{why}; besides, it was disarmed throughout" if never else why
     begin, end = overlap(record)
     if end - begin < SHORTEST_S:
         return f"gyro and moment are there together for {max(0.0, end - begin):.1f} s only"
     return ""
 
 
-def _useless(name: str, signal: Signal, rate_hz: float) -> str:
+def _useless(name: str, signal: Signal, rate_hz: float, faster: str) -> str:
     if len(signal.time) < LEAST_SAMPLES:
         return f"{len(signal.time)} samples of the {name}: {EXCITE}"
     if not (np.all(np.isfinite(signal.values)) and np.all(np.diff(signal.time) > 0.0)):
@@ -65,17 +68,17 @@ def _useless(name: str, signal: Signal, rate_hz: float) -> str:
         return f"the {name} never changes: {EXCITE}"
     if name == "moment" and np.mean(np.any(np.abs(signal.values) >= FULL, axis=1)) > 0.5:
         return SATURATED
-    return _too_slow(name, signal, rate_hz) or _cut_off(name, signal)
+    return _too_slow(name, signal, rate_hz, faster) or _cut_off(name, signal)
 
 
-def _too_slow(name: str, signal: Signal, rate_hz: float) -> str:
+def _too_slow(name: str, signal: Signal, rate_hz: float, faster: str) -> str:
     hz = timing(signal).rate_hz
     if hz < SLOWEST * rate_hz:
-        return f"{name} at {hz:.3g} Hz is too slow for a design at {rate_hz:g} Hz: {FASTER}"
+        return f"{name} at {hz:.3g} Hz is too slow for a design at {rate_hz:g} Hz: {faster}"
     if (news := telling_hz(signal)) < SLOWEST * rate_hz:
         return (
             f"{name} at {hz:.3g} Hz tells something new at {news:.3g} Hz only, between lies what was put in: "
-            f"too slow for a design at {rate_hz:g} Hz: {FASTER}"
+            f"too slow for a design at {rate_hz:g} Hz: {faster}"
         )
     return ""
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from pymavlink.DFReader import DFReader_binary
 
+from dob_companion.identification.identify import identify
 from dob_companion.logs import read_log
 from dob_companion.logs.dataflash import BinaryLog
 from dob_companion.logs.mixer import ardupilot_factors, ardupilot_outputs, ardupilot_thrust, unmixed
@@ -73,6 +74,11 @@ def test_every_number_of_a_px4_log_is_the_one_that_pyulog_reads(name):
 def test_one_that_was_held_in_the_hand_says_that_it_is_disarmed():
     (record,) = read_log(log("pyulog_sample.ulg"))
     assert not record.armed.at(record.rates.time).any()
+    why = identify(record).axes["roll"].why
+    assert why.startswith("moment at 47.5 Hz is too slow")
+    assert why.endswith(
+        "PX4 SDLOG_PROFILE with high rate and system identification; besides, it was disarmed throughout"
+    )
     assert record.remarks[0] == "rates from sensor_combined at 250 Hz, moment from actuator_controls_0 at 49.9 Hz"
 
 
