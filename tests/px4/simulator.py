@@ -101,6 +101,7 @@ class Px4Ground(Ground):
 
     def __init__(self, log: Path) -> None:
         self.stick: int | None = None
+        self._boot_s = 0.0
         super().__init__(log, GROUND)
         self._sticks = threading.Thread(target=self._hold_sticks, daemon=True)
         self._sticks.start()
@@ -114,14 +115,17 @@ class Px4Ground(Ground):
             time.sleep(0.1)
 
     def _take(self, message) -> None:
-        """Attitudes are the simulator's truth, not the estimate, which its sensors' noise moves by 0.2°."""
+        """Attitudes are the simulator's truth, not the estimate, which its sensors' noise moves by 0.2°. PX4 sends the
+        truth without a stamp: it bears the estimate's."""
         if message.get_type() == "HIL_STATE_QUATERNION":
             w, x, y, z = message.attitude_quaternion
             roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
             pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
             yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-            self.attitudes.append((message.time_usec * 1e-6, roll, pitch, yaw))
-        elif message.get_type() != "ATTITUDE":
+            self.attitudes.append((message.time_usec * 1e-6 or self._boot_s, roll, pitch, yaw))
+        elif message.get_type() == "ATTITUDE":
+            self._boot_s = message.time_boot_ms * 1e-3
+        else:
             super()._take(message)
 
     def disturb(self, accelerations: dict[int, float]) -> None:
