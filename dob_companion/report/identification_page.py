@@ -79,7 +79,8 @@ def _section(result: AxisResult, around: Surroundings | None) -> AxisSection:
             ("disturbance", f"{_said(around.disturbance_rms)} RMS, {spectrum}"),
         ]
     if response is not None:
-        facts.append(("instrument", f"{response.instrument}, with {listed(response.axes)} together"))
+        together = f", {listed(response.axes)} together" if len(response.axes) > 1 else ""
+        facts.append(("instrument", f"{response.instrument}{together}"))
         caption = (
             "From the torque that acted to the rate that the link shows. "
             "A response that lies on −1/C is that of the controller, not of the aircraft."
@@ -90,6 +91,8 @@ def _section(result: AxisResult, around: Surroundings | None) -> AxisSection:
             "The design is made for every aircraft within the dashed bound: what is not known of the parameters, what "
             "the form of the model leaves, and what was not measured."
         )
+        if model.modes:
+            caption += " Its plant is the model without flexible modes; what they do is added to the bound."
         figures.append(figure(misfit_chart(f"{result.axis}-misfit", response, model), "Misfit and bound.", caption))
     return AxisSection(name=result.axis, usable=result.usable, why=result.why, facts=facts, figures=figures)
 
