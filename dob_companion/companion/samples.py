@@ -167,10 +167,11 @@ class Samples:
             self.counters.late += 1
             return None
         before = max((stamp for stamp, *_ in self._moments if stamp < stamp_us), default=0)
+        last = max(stamp_us, self._moments[-1][0]) if self._moments else stamp_us
         read = read_late_us is not None
         kept = (stamp_us, _difference(moment, ours), ours, read_late_us) if read else (stamp_us, moment, NOTHING, None)
         begin, end = self._finished[-1][:2] if self._finished else (0.0, 0.0)
-        on_line = read or stamp_us - before > self._longest_held_us  # which then runs through the last interval as well
+        on_line = read or last - before > self._longest_held_us  # it may begin or end in the last interval as well
         awaited = before < (end if on_line else begin) - self._tolerance_us
         self._forget()
         insort(self._moments, kept, key=itemgetter(0))
