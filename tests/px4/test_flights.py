@@ -12,6 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dob_companion.artifact import loads
+from tests.px4.steady import gain_at_rest
+
 ROOT = Path(__file__).parents[2]
 pytestmark = [
     pytest.mark.proof,
@@ -91,21 +94,15 @@ def test_it_says_why_nothing_is_added(hover):
     ]  # fmt: skip
 
 
-def gain_at_rest(design, axis):
-    """How much of a steady moment u_e, at rest, the certified observer estimates."""
-    (block,) = [block for block in json.loads(design.read_text())["blocks"] if block["name"] == axis]
-    a, b, c, d = (np.array(block[name]) for name in "ABCD")
-    return -float((c @ np.linalg.solve(np.eye(len(a)) - a, b) + d)[0, 1])
-
-
 def test_disturbances_are_rejected_in_flight(design, tmp_path):
     run("flights", design, "-o", tmp_path, timeout=1500)
     found = {(row["program"], row["axis"]): row for row in json.loads((tmp_path / "result.json").read_text())}
+    at_rest = {block.name: gain_at_rest(block) for block in loads(design.read_text()).blocks}
     ratio = {key: row["rms_off"] / row["rms_on"] for key, row in found.items()}
     assert ratio["noise-yaw", "yaw"] >= 8.0
     for axis in ("roll", "pitch"):
         assert ratio[f"sine-{axis}", axis] >= 12.0
         assert ratio[f"noise-{axis}", axis] >= 7.0
         step = found[f"step-{axis}", axis]
-        assert step["estimate_on"] == pytest.approx(step["true"] * gain_at_rest(design, axis), rel=0.02)
+        assert step["estimate_on"] == pytest.approx(step["true"] * at_rest[axis], rel=0.02)
     assert not any("gap" in text for row in found.values() for text in row["said"])
