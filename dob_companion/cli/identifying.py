@@ -134,9 +134,10 @@ def table(outcome: Outcome) -> str:
         rows.append((result.axis, *numbers, "yes" if result.usable else "no"))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    whys = {result.why: [one.axis for one in outcome.found.axes.values() if one.why == result.why]
-            for result in outcome.found.axes.values()}  # fmt: skip
-    reasons = [f"{', '.join(axes)}: {why}" for why, axes in whys.items()]
+    said: dict[str, list[str]] = {}
+    for axis, result in outcome.found.axes.items():
+        said.setdefault(result.why, []).append(axis)
+    reasons = [f"{', '.join(axes)}: {why}" for why, axes in said.items()]
     missing = ["", f"no spec: {outcome.why}"] if outcome.spec is None else []
     return "\n".join([*lines, "", *reasons, *missing])
 

@@ -54,9 +54,9 @@ def spec_text(
         for line in _block(axis, rigid(model, rate_hz), model.modes, controllers, surroundings.get(axis))
     ]
     head = [*_head(found, controllers), *_design(rate_hz, delay_samples)]
-    baseline = "\n".join([*head, *blocks])
+    baseline = _parsed("\n".join([*head, *blocks]), found.source)
     _require_same_loop(baseline, found, controllers.attitude_gain.value)
-    margin = _baseline_margin(baseline, found.source)
+    margin = _baseline_margin(baseline)
     return "\n".join([*head, *_auto(surroundings, controllers, margin), *blocks]) + "\n"
 
 
@@ -158,13 +158,12 @@ def _said(interval: Interval, scale: float) -> str:
     return f"{value:.4g} ({low:.4g} to {high:.4g})"
 
 
-def _baseline_margin(text: str, source: str) -> tuple[str, float]:
+def _baseline_margin(spec: Spec) -> tuple[str, float]:
     """The axis whose loop without observer has the smallest disk margin, and that.
 
     Raises InputError for a loop that is unstable by the model, which flew: one of its numbers is not that of the
     aircraft.
     """
-    spec = _parsed(text, source)
     angles = np.concatenate([np.geomspace(1e-5, 0.05, 300), np.linspace(0.05, np.pi, 3000)])
     margins = {}
     for block in spec.blocks:
@@ -173,7 +172,7 @@ def _baseline_margin(text: str, source: str) -> tuple[str, float]:
         closed = loop.A - loop.B @ loop.C / (1.0 + loop.D.item())
         if np.max(np.abs(np.linalg.eigvals(closed)), initial=0.0) >= 1.0:
             raise InputError(
-                f"{source}: {block.name}: the rate loop is unstable by the model and the controller's parameters, "
+                f"{spec.source}: {block.name}: the rate loop is unstable by the model and the controller's parameters, "
                 "but it flew: are these the parameters of that flight?"
             )
         margins[block.name] = disk_margin(1.0 / (1.0 + response(loop, angles)[:, 0, 0]))
@@ -182,15 +181,16 @@ def _baseline_margin(text: str, source: str) -> tuple[str, float]:
 
 
 def _parsed(text: str, source: str) -> Spec:
+    """The blocks as `design` reads them; they need an [auto], whatever it asks."""
     return parse_spec(
         text + "\n[auto]\ndisturbance_corner_hz = 1.0\nnoise_rms = 1.0\nleast_disk_margin = 0.1\n", source
     )
 
 
-def _require_same_loop(text: str, found: Identification, attitude_gain: float) -> None:
+def _require_same_loop(spec: Spec, found: Identification, attitude_gain: float) -> None:
     """What closes around an injected signal is C G in any units; raises InputError where model and controller make
     another loop than the record shows."""
-    for block in _parsed(text, found.source).blocks:
+    for block in spec.blocks:
         seen = found.axes[block.name].response
         if seen is None or seen.loop is None:
             continue

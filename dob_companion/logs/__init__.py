@@ -1,6 +1,8 @@
 """What other programs wrote down of a flight, each kind of file read into one `identification.record.Record`."""
 
+import gzip
 import struct
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,7 +11,7 @@ from dob_companion.files.kinds import kind_of
 from dob_companion.identification.record import Record
 from dob_companion.logs.ardupilot import read_bin, read_text
 from dob_companion.logs.dataflash import looks_binary, looks_text
-from dob_companion.logs.dobtrace import read_compressed, read_dobtrace
+from dob_companion.logs.dobtrace import read_dobtrace
 from dob_companion.logs.px4 import looks_like_ulog, read_ulog
 from dob_companion.logs.table import looks_like_csv, read_csv, read_npz
 from dob_companion.logs.tlog import looks_like_tlog, read_tlog
@@ -18,9 +20,23 @@ from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes
 __all__ = ["read_log", "reader_for"]
 
 _BEGIN = 1 << 16
+_PRINTED = set(b"\t\r\n" + bytes(range(32, 127)))
+
+
+def _read_compressed(path: Path) -> tuple[Record, ...]:
+    """A segment of ours, which is compressed. Raises LogError where what is compressed is another kind of log."""
+    try:
+        with gzip.open(path) as file:
+            begin = file.read(1 << 12)
+    except (OSError, EOFError, zlib.error):
+        begin = b""
+    if any(looks_like(begin) for looks_like, _ in _KINDS) or (begin and not set(begin) - _PRINTED):
+        raise LogError(f"{path}: a log that is compressed: unpack it first (gunzip)")
+    return read_dobtrace(path)
+
 
 _KINDS: tuple[tuple[Callable[[bytes], bool], Callable[[Path], tuple[Record, ...]]], ...] = (
-    (lambda begin: begin.startswith(b"\x1f\x8b"), read_compressed),
+    (lambda begin: begin.startswith(b"\x1f\x8b"), _read_compressed),
     (lambda begin: begin.startswith(b"PK\x03\x04"), read_npz),
     (looks_like_ulog, read_ulog),
     (looks_binary, read_bin),

@@ -1,21 +1,15 @@
 """Our own recordings (docs/recording.md): a segment, or the newest flight of a directory of them."""
 
-import gzip
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from dob_companion.errors import LogError
 from dob_companion.files.playback import Header, play
 from dob_companion.files.segments import traces_at
 from dob_companion.files.tlog import Splitter
 from dob_companion.flightlog.replay import recorded_config
 from dob_companion.identification.record import Record
-from dob_companion.logs.dataflash import looks_binary, looks_text
 from dob_companion.logs.link import Heard, records_of
-from dob_companion.logs.px4 import looks_like_ulog
-from dob_companion.logs.tlog import looks_like_tlog
 from dob_companion.mavlink.axes import IN_HOVER
 
 
@@ -53,22 +47,6 @@ class _Ear:
     def said(self, message: bytes) -> None: ...
 
     def turned(self, now: float, took_s: float) -> None: ...
-
-
-def read_compressed(path: Path) -> tuple[Record, ...]:
-    """A segment, which is compressed. Raises InputError, one line, also where what is compressed is something else."""
-    try:
-        with gzip.open(path) as file:
-            begin = file.read(1 << 12)
-    except (OSError, EOFError, zlib.error):
-        begin = b""
-    if looks_like_ulog(begin) or looks_binary(begin) or looks_like_tlog(begin) or looks_text(begin) or _is_text(begin):
-        raise LogError(f"{path}: a log that is compressed: unpack it first (gunzip)")
-    return read_dobtrace(path)
-
-
-def _is_text(begin: bytes) -> bool:
-    return bool(begin) and not set(begin) - set(b"\t\r\n" + bytes(range(32, 127)))
 
 
 def read_dobtrace(path: Path) -> tuple[Record, ...]:

@@ -36,14 +36,14 @@ class Autopilot(Aircraft):
                 self.deliver(ack)
         return heard
 
-    def step(self):
+    def step(self, *, moment=True):
         self.flight = (mav.MAV_LANDED_STATE_IN_AIR, mav.MAV_VTOL_STATE_MC) if self.sends(FLIGHT) else None
         self.pulses = [1500] * 18 if self.sends(RC) else None
         if self.sample % 250 == 0:
             self.heartbeat()
         if self.sample % 50 == 0:
             self.deliver(*self.slow())
-        pair = [(GYRO, self.imu()), (MOMENT, self.target())]
+        pair = [(GYRO, self.imu()), *([(MOMENT, self.target())] if moment else [])]
         self.deliver(*(m for number, m in pair if self.sends(number)))
         self.sample += 1
         self.now += DT
@@ -116,13 +116,7 @@ def test_a_moment_that_comes_unasked_at_a_rate_of_its_own_is_not_asked_for_and_m
     plane.on.add(MOMENT)
     plane.fly(4.0)
     for k in range(1500):
-        plane.deliver(plane.imu(), *([plane.target()] if k % 3 else []))  # two thirds of the rate
-        if k % 250 == 0:
-            plane.heartbeat()
-        if k % 50 == 0:
-            plane.deliver(*plane.slow())
-        plane.sample += 1
-        plane.now += DT
+        plane.step(moment=k % 3 > 0)  # two thirds of the rate
     assert MOMENT not in plane.since(0.0)
     assert not any("ACTUATOR_CONTROL_TARGET" in text for text in texts(plane.said))
     plane.stopped.add(MOMENT)
@@ -178,11 +172,5 @@ def test_a_stream_at_half_its_rate_is_asked_for_again_even_when_each_message_com
     for k in range(1500):
         if k % 2 == 0:
             plane.deliver(plane.target())
-        plane.deliver(plane.imu(), *([plane.target()] if k % 2 == 0 else []))
-        if k % 250 == 0:
-            plane.heartbeat()
-        if k % 50 == 0:
-            plane.deliver(*plane.slow())
-        plane.sample += 1
-        plane.now += DT
+        plane.step(moment=k % 2 == 0)
     assert set(plane.since(slow)) == {MOMENT}
