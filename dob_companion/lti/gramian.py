@@ -30,7 +30,36 @@ def gramian(A: Array, B: Array) -> Array:
             if np.all(np.diag(step) <= 1e-17 * np.diag(P)):
                 return np.asarray((P + P.T) / 2.0)
             power = power @ power
-    raise NotConvergedError(f"the covariance of a system of order {len(A)} does not come to rest: is it stable?")
+    raise _never_rests(A)
+
+
+def gramian_root(A: Array, B: Array) -> Array:
+    """L (n, n), lower triangular, with L L' = P = A P A' + B B' for stable A, by doubling of the root itself.
+
+    A root taken of P has lost every direction below 1e-8 of the largest; this one keeps them (S. J. Hammarling, IMA J.
+    Numer. Anal. 2, 1982, on why). Raises NotConvergedError as `gramian` does.
+    """
+    n = len(A)
+    L, power = _lower(np.hstack([B, np.zeros((n, n))])), A
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(DOUBLINGS):
+            step = power @ L
+            if not np.all(np.isfinite(step)):
+                break
+            L = _lower(np.hstack([L, step]))
+            if np.all(np.max(np.abs(step), axis=1) <= 3e-9 * np.max(np.abs(L), axis=1)):
+                return L
+            power = power @ power
+    raise _never_rests(A)
+
+
+def _lower(M: Array) -> Array:
+    """L, lower triangular, with L L' = M M'."""
+    return np.asarray(np.linalg.qr(M.T, mode="r").T)
+
+
+def _never_rests(A: Array) -> NotConvergedError:
+    return NotConvergedError(f"the covariance of a system of order {len(A)} does not come to rest: is it stable?")
 
 
 def predictor(A: Array, C: Array, B: Array, D: Array) -> tuple[Array, Array]:

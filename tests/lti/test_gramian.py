@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from dob_companion.errors import NotConvergedError
-from dob_companion.lti.gramian import gramian, predictor
+from dob_companion.lti.gramian import gramian, gramian_root, predictor
 
 
 @pytest.mark.parametrize("pole", [1.0, 1.001, -1.5, 1e200])
 def test_a_system_that_is_not_stable_has_no_gramian(pole):
-    with pytest.raises(NotConvergedError, match="covariance of a system of order 1 does not come to rest"):
-        gramian(np.array([[pole]]), np.ones((1, 1)))
+    for found in (gramian, gramian_root):
+        with pytest.raises(NotConvergedError, match="covariance of a system of order 1 does not come to rest"):
+            found(np.array([[pole]]), np.ones((1, 1)))
 
 
 @pytest.mark.parametrize("pole", [0.0, 0.5, -0.999999, 1 - 1e-9])
@@ -19,6 +20,16 @@ def test_a_gramian_is_that_of_the_sum_however_slow_the_mode(pole):
     assert P[0, 0] == pytest.approx(
         1.0 / ((1 - pole) * (1 + pole)), rel=1e-6
     )  # rounding of the pole counts for as much
+
+
+def test_a_root_keeps_what_the_sum_has_rounded_away():
+    """Two states that one input moves almost alike: det P = (a - b)^2 / ((1 - a^2) (1 - b^2) (1 - a b)^2)."""
+    a, b = 0.9, 0.9 + 1e-8
+    L = gramian_root(np.diag([a, b]), np.ones((2, 1)))
+    assert np.triu(L, 1) == pytest.approx(0.0)
+    assert pytest.approx(gramian(np.diag([a, b]), np.ones((2, 1)))) == L @ L.T
+    apart = (b - a) ** 2 / ((1 - a * a) * (1 - b * b) * (1 - a * b) ** 2)
+    assert np.linalg.det(L) ** 2 == pytest.approx(apart, rel=1e-5)
 
 
 def test_a_mode_that_grows_unseen_has_no_predictor():

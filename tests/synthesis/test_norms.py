@@ -1,6 +1,8 @@
 import control as ct
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import linalg
 
 from dob_companion.errors import NotConvergedError
@@ -81,6 +83,31 @@ def test_hidden_modes_are_found_and_removed_whatever_their_place(hidden):
 def test_a_minimal_system_is_left_bit_for_bit():
     s = random_system(np.random.default_rng(2), 0.9, 6)
     assert minimal(s) is s
+
+
+def test_a_zero_that_nearly_takes_back_a_pole_leaves_the_system_as_it_is():
+    """W_d of a best observer; a root of its Gramian, not of the sum, keeps the digits of both."""
+    slow, fast, near = 0.9907 + 0.01125j, 0.8767 + 0.0563j, -0.00096 + 0.01285j
+    zeros = [-0.9902155, 0, 0, 0.80445, 0.99202, 0.9772 + 0.0889j, 0.9772 - 0.0889j]
+    poles = [-0.9902178, *(w for v in (slow, fast, near) for w in (v, v.conjugate()))]
+    left_as_it_is(zpk(zeros, poles, 0.99, DT))
+
+
+@given(
+    st.lists(st.floats(-0.999, 0.999), min_size=2, max_size=7),
+    st.lists(st.floats(-7.0, -1.0), min_size=7, max_size=7),
+)
+def test_what_is_minimal_answers_as_the_whole_does(poles, distances):
+    zeros = [p + 10.0**d for p, d in zip(poles, distances, strict=False)]
+    left_as_it_is(zpk(zeros, poles, 1.0, DT))
+
+
+def left_as_it_is(system):
+    small = minimal(system)
+    angles = np.concatenate([np.geomspace(1e-5, 0.1, 100), np.linspace(0.1, np.pi, 300)])
+    G = response(system, angles)
+    assert np.max(np.abs(response(small, angles) - G)) < 1e-6 * np.max(np.abs(G))
+    assert np.max(np.abs(np.linalg.eigvals(small.A)), initial=0.0) < 1.0
 
 
 LAGS = {"controller": 1.0, "W_d": ([-0.8997], [0.9962], 0.19908), "W_n": ([0.9949], [-0.925], 3.7584)}

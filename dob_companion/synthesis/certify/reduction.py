@@ -22,7 +22,7 @@ from scipy import linalg
 
 from dob_companion.artifact import Certificate
 from dob_companion.errors import NotCertifiedError
-from dob_companion.lti.gramian import gramian
+from dob_companion.lti.gramian import gramian, gramian_root
 from dob_companion.lti.response import spectral_radius
 from dob_companion.synthesis.certify.certificate import Claim, certify
 from dob_companion.synthesis.norms.hinf import hinf_norm
@@ -53,7 +53,8 @@ class Projection:
 
 def projection(problem: Problem, observer: Any) -> Projection:
     """Directions of an observer D(z), inputs [y_n; u_e], in the order in which they should be kept."""
-    root = _square_root(gramian(observer.A.T, observer.C.T))
+    _, sizes, Vt = np.linalg.svd(gramian_root(observer.A.T, observer.C.T).T)
+    root = np.maximum(sizes, 1e-12 * sizes[:1])[:, None] * Vt
     back = np.linalg.inv(root)
     D = ct.ss(root @ observer.A @ back, root @ observer.B, observer.C @ back, observer.D, observer.dt)
     T = _follower(problem.plant, D)
@@ -159,11 +160,5 @@ def _driven(problem: Problem, D: Any, T: Array) -> Array:
 
 
 def _hankel_values(system: Any) -> Array:
-    reach, show = (_square_root(gramian(A, B)) for A, B in ((system.A, system.B), (system.A.T, system.C.T)))
-    return np.asarray(linalg.svdvals(show @ reach.T))
-
-
-def _square_root(P: Array) -> Array:
-    """R with R' R = P, P > 0 up to rounding."""
-    w, V = np.linalg.eigh(P)
-    return np.asarray(np.sqrt(np.maximum(w, 1e-15 * w[-1]))[:, None] * V.T)
+    reach, show = gramian_root(system.A, system.B), gramian_root(system.A.T, system.C.T)
+    return np.asarray(linalg.svdvals(show.T @ reach))

@@ -12,7 +12,7 @@ import control as ct
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.lti.gramian import gramian
+from dob_companion.lti.gramian import gramian_root
 from dob_companion.lti.response import spectral_radius
 
 Array = NDArray[np.float64]
@@ -60,11 +60,10 @@ def _balancing(system: Any) -> tuple[Array, Array, Array]:
     radius = spectral_radius(system.A)
     shrink = 1.0 if radius < 0.99999 else 1.0 / (1.02 * radius)
     A, B = shrink * system.A, _unit_columns(system.B)
-    reach = np.sqrt(np.maximum(np.diag(gramian(A, B)), 0.0))
+    reach = np.linalg.norm(gramian_root(A, B), axis=1)
     reach = np.where(reach > 1e-14 * np.max(reach), reach, 1.0)  # an unreachable state may have any scale
     A, B, C = A * reach / reach[:, None], B / reach[:, None], _unit_columns((system.C * reach).T).T
-    Lp = _factor(gramian(A, B))
-    Lq = _factor(gramian(A.T, C.T))
+    Lp, Lq = gramian_root(A, B), gramian_root(A.T, C.T)
     U, values, Vt = np.linalg.svd(Lq.T @ Lp)
     root = np.sqrt(np.maximum(values, 1e-300))
     return (U / root).T @ Lq.T / reach, reach[:, None] * (Lp @ Vt.T / root), values
@@ -73,9 +72,3 @@ def _balancing(system: Any) -> tuple[Array, Array, Array]:
 def _unit_columns(M: Array) -> Array:
     norms = np.linalg.norm(M, axis=0)
     return M / np.where(norms > 0, norms, 1.0)
-
-
-def _factor(P: Array) -> Array:
-    """L with L L' = P, for P symmetric and not negative; what rounding left of a null space is made zero."""
-    w, V = np.linalg.eigh((P + P.T) / 2.0)
-    return V * np.sqrt(np.where(w > 20.0 * np.finfo(float).eps * w[-1], w, 0.0))
