@@ -55,7 +55,7 @@ def gramian_root(A: Array, B: Array) -> Array:
 
 def _lower(M: Array) -> Array:
     """L, lower triangular, with L L' = M M'."""
-    return np.asarray(np.linalg.qr(M.T, mode="r").T)
+    return np.asarray(np.linalg.qr(M.T).R.T)
 
 
 def _never_rests(A: Array) -> NotConvergedError:
