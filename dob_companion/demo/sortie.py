@@ -87,9 +87,8 @@ def _connected(url: LinkUrl, screen: Screen, *flying: Watched) -> GroundStation:
     give_up = time.monotonic() + START_S
     while True:
         try:
-            return GroundStation(url, CONNECT_S)
+            return GroundStation(url, CONNECT_S, lambda: screen.telemetry(None))
         except NoVehicleError:
-            screen.telemetry(None)
             if time.monotonic() > give_up or not all(each.running() for each in flying):
                 raise
 

@@ -30,6 +30,10 @@ MOST_TEXTS = 1000
 
 _T = TypeVar("_T")
 
+# MAVSDK prints to the terminal otherwise. Once for the process: a second subscription frees the first, which the
+# threads of another station may be in.
+log_subscribe(lambda *_: True)
+
 
 @dataclass(frozen=True, slots=True)
 class Telemetry:
@@ -46,20 +50,20 @@ class Telemetry:
 class GroundStation:
     """One vehicle, seen from the ground. `texts` and `telemetry` fill by themselves from MAVSDK's own threads."""
 
-    def __init__(self, url: LinkUrl, timeout_s: float) -> None:
+    def __init__(self, url: LinkUrl, timeout_s: float, meanwhile: Callable[[], None] = lambda: None) -> None:
         """Connect. Raises LinkBusyError for a port that cannot be had, NoVehicleError when nobody is heard in time.
 
-        The companion, once something is asked of it, is waited for as long.
+        The companion, once something is asked of it, is waited for as long. `meanwhile` is called every half second
+        that no vehicle is there; what it raises ends the waiting.
         """
         self._url, self._timeout_s = url, timeout_s
-        log_subscribe(lambda *_: True)  # MAVSDK prints to the terminal otherwise
         self.texts: queue.Queue[str] = queue.Queue(MOST_TEXTS)
         self.telemetry: Telemetry | None = None
         with _signals_held():
             self._mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
         try:
             self._open(url)
-            self._find(url, timeout_s)
+            self._find(url, timeout_s, meanwhile)
             with _signals_held():
                 self._take_up()
         except BaseException:  # Ctrl-C too
@@ -72,7 +76,7 @@ class GroundStation:
         if result != ConnectionResult.SUCCESS:
             raise LinkBusyError(f"link {url}: cannot be opened: {result.name.lower().replace('_', ' ')}")
 
-    def _find(self, url: LinkUrl, timeout_s: float) -> None:
+    def _find(self, url: LinkUrl, timeout_s: float, meanwhile: Callable[[], None]) -> None:
         deadline = time.monotonic() + timeout_s
         while True:
             left = deadline - time.monotonic()
@@ -82,6 +86,7 @@ class GroundStation:
                 return
             if left <= _POLL_S:
                 raise NoVehicleError(f"link {url}: no vehicle was heard within {timeout_s:g} s")
+            meanwhile()
 
     def _take_up(self) -> None:
         self._action = Action(self._system)

@@ -4,8 +4,12 @@ import json
 from datetime import datetime
 
 import pytest
+from mavsdk import logging as mavsdk_logging
 
 from dob_companion.companion import PARAMETERS
+from dob_companion.errors import NoVehicleError
+from dob_companion.ground import GroundStation
+from dob_companion.runtime.urls import LinkUrl
 from tests.cli.processes import one_line, run_cli
 from tests.clients.processes import flying, process
 from tests.ports import free_port
@@ -65,3 +69,12 @@ def test_without_a_companion_the_answer_is_one_line_and_exit_1(what):
     assert finished.returncode == 1
     assert finished.stdout == ""
     assert "companion (component 191) does not answer" in one_line(finished)
+
+
+def test_a_further_station_leaves_what_mavsdk_calls_in_the_threads_of_the_others():
+    """Two rehearsed flights at once ended in SIGSEGV now and then: subscribing again frees the callback before."""
+    called = mavsdk_logging._log_callback_ref
+    with pytest.raises(NoVehicleError):
+        GroundStation(LinkUrl("udpin", "127.0.0.1", free_port()), 0.0)
+    assert called is not None
+    assert mavsdk_logging._log_callback_ref is called

@@ -97,14 +97,15 @@ def test_usable_means_that_it_flew_stayed_on_and_brought_something_in_every_axis
 def test_ctrl_c_ends_every_flight_at_once_and_leaves_no_process(tmp_path):
     (tmp_path / "design.json").write_text(dumps(designed("gain = [0.9, 1.1]"))[0])
     process = subprocess.Popen(
-        [sys.executable, "-m", "dob_companion", "rehearse", tmp_path], stderr=subprocess.PIPE, text=True
+        [sys.executable, "-X", "faulthandler", "-m", "dob_companion", "rehearse", tmp_path],
+        stderr=subprocess.PIPE,
+        text=True,
     )
     wait_until(lambda: (tmp_path / "rehearsal" / "nominal" / "companion.log").exists() and len(children(process)) > 1)
     family = children(process)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate()
-    assert process.returncode == 130
-    assert errors == ""
+    assert (process.returncode, errors) == (130, "")
     wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in family))
     assert not (tmp_path / "rehearsal" / "rehearsal.json").exists()
 
