@@ -11,7 +11,7 @@ from dob_companion.companion import Companion, CompanionConfig
 from dob_companion.supervisor import State
 from tests.companion.aircraft import DT, Kept, corrections, small_design, texts
 from tests.companion.takeup import DT_US, TakeUp, TakingAircraft
-from tests.effort import examples
+from tests.effort import a_few, examples
 
 WIND = 0.1
 
@@ -36,7 +36,7 @@ def sizes(plane, since):
 
 
 @pytest.mark.parametrize("way", ["down", "up", "both"])
-@pytest.mark.parametrize("samples", [10, 21, 24, 30, 45, 80, 140, 400])
+@pytest.mark.parametrize("samples", a_few([10, 21, 24, 30, 45, 80, 140, 400], every=3))
 def test_after_a_cut_in_either_direction_what_acts_never_rises_before_a_ramp_in(way, samples):
     plane = in_flight()
     since = len(plane.applied)

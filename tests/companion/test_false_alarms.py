@@ -59,6 +59,7 @@ def test_manoeuvres_are_not_taken_for_ringing():
     assert "rings" not in craft.onboard.why
 
 
+@pytest.mark.proof
 def test_three_times_a_scenario_s_disturbance_is_not_taken_for_ringing():
     assert "rings" not in flown("battery", "linear", seed=2, scale=(0.05, 0.05, 0.05)).onboard.why
 

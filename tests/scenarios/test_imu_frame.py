@@ -10,7 +10,7 @@ from tests.scenarios.designs import design_file
 from tests.scenarios.wire import fly
 from tests.sitl.bench import SHORT
 
-LONGER = SHORT.replace("lead_s = 0.2", "lead_s = 1.0").replace("length_s = 1.0", "length_s = 3.0")
+LONGER = SHORT.replace("lead_s = 0.2", "lead_s = 1.0").replace("length_s = 1.0", "length_s = 2.0")
 GYRO = ["yaw", "pitch", "-roll"]
 
 

@@ -74,8 +74,11 @@ DISTURBED = {
 }
 
 
-MORE = ("plant gain 30 % high", "a payload dropped", "a sagging battery", "flexible modes", "a wall")
-"""Further changes of the plant that the same observer bears: flown by `make proof`, as are their scenarios."""
+MORE = (
+    *("plant gain 30 % high", "a payload dropped", "a sagging battery", "flexible modes", "a wall"),
+    *("answers late by turns", "a delay step that is borne"),
+)
+"""Further changes of plant and link that the same observer bears: flown by `make proof`, as are their scenarios."""
 
 OVER_THE_WIRE = ("nothing else", "stamps of a real autopilot", "lost samples and answers")
 """The clock and the counting of what is lost belong to the wire; one flight is flown there for its own sake."""

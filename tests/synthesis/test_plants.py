@@ -7,6 +7,7 @@ from bench import plants
 from bench._plants import all_plants
 from dob_companion.synthesis import synthesize
 from dob_companion.synthesis.solve.optimum import BOTH
+from tests.effort import a_few
 
 PLANTS = {plant.name: plant for plant in all_plants()}
 
@@ -15,7 +16,7 @@ def test_there_are_at_least_twenty_five_plants():
     assert len(PLANTS) >= 25
 
 
-@pytest.mark.parametrize("name", PLANTS)
+@pytest.mark.parametrize("name", a_few(PLANTS, every=3))
 def test_the_observer_is_certified_within_the_back_off(name):
     plant = PLANTS[name]
     result = synthesize(*plant.arguments, delay_samples=plant.delay)
