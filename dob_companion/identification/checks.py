@@ -16,6 +16,8 @@ LATE_S = (-0.005, 0.0, 0.005, 0.01, 0.015, 0.02, 0.03)
 LOOK_S = 1.0
 BACKWARDS = 0.5
 """Share of what an input seems to do to the output that may come before it."""
+BY_CHANCE = 4.0
+"""As many times what scatters from window to window is more than noise: of a second of lags noise shows about once."""
 SWAPPED = 3.0
 """Another axis answers when its coherence is this many times the own one's, and at least CLEAR."""
 CLEAR = 0.3
@@ -44,19 +46,26 @@ def follows_output(stretches: Sequence[tuple[Floats, Floats]], dt: float) -> boo
     """
     size = 4 * round(LOOK_S / dt)
     window = np.hanning(size)
-    cross, power = np.zeros(size // 2 + 1, complex), np.zeros(size // 2 + 1)
-    for output, instrument in stretches:
-        for start in range(0, len(output) - size + 1, size // 2):
-            y, r = (np.fft.rfft(window * (x - x.mean())) for x in (output[start:][:size], instrument[start:][:size]))
-            cross += y * r.conj()
-            power += np.abs(r) ** 2
-    if not power.any():
+    pairs = [
+        tuple(np.fft.rfft(window * (x - x.mean())) for x in (output[start:][:size], instrument[start:][:size]))
+        for output, instrument in stretches
+        for start in range(0, len(output) - size + 1, size // 2)
+    ]
+    crosses = np.array([y * r.conj() for y, r in pairs])
+    powers = np.array([np.abs(r) ** 2 for _, r in pairs])
+    if not powers.any():
         return False
-    answer = np.fft.irfft(cross / (power + 1e-2 * power.max()), size)
-    near = max(1, round(0.05 / dt))
-    look = round(LOOK_S / dt)
-    after, before = np.sum(answer[near:look] ** 2), np.sum(answer[-look:-near] ** 2)
-    return bool(before > BACKWARDS * after)
+    whole, power = crosses.sum(axis=0), powers.sum(axis=0)
+    near, look = max(1, round(0.05 / dt)), round(LOOK_S / dt)
+
+    def answers(spectra: Complexes) -> tuple[float, float]:
+        """What comes after the instrument and before it."""
+        answer = np.fft.irfft(spectra / (power + 1e-2 * power.max()), size)
+        return float(np.sum(answer[..., near:look] ** 2)), float(np.sum(answer[..., -look:-near] ** 2))
+
+    after, before = answers(whole)
+    scatter = answers(crosses - whole / np.maximum(power, 1e-300) * powers)[1]
+    return before > BACKWARDS * after and before > BY_CHANCE * scatter
 
 
 def moved_alike(found: Sequence[Level], axis: int) -> str:

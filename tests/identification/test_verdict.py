@@ -102,6 +102,13 @@ def test_a_disturbance_observer_that_moves_the_moment_is_no_instrument():
     assert "injected signal follows the aircraft" in refused(replace(whole, injected=fed_back, rate_setpoint=None))
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_noise_that_drowns_the_answer_is_not_taken_for_an_instrument_that_follows(seed):
+    noisy = replace(Axis(), gain=113.0, pole=1.0, lag=0.05, p=0.15, i=0.2, injected=0.02, noise=0.14, wind=0.5)
+    found = identify(record(fly([noisy] * 3, 30, seed, band=(0.3, 40.0)), rate_setpoint=None), axes=("roll",))
+    assert "follows the aircraft" not in found.axes["roll"].why
+
+
 def test_a_band_without_the_crossover_is_too_narrow():
     narrow = record(fly([Axis(wind=1.0)] * 3, 40, 14, band=(0.5, 2.5)), rate_setpoint=None)
     assert "are seen, up to" in refused(narrow)
