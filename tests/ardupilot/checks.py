@@ -5,7 +5,6 @@ DOB_ARDUCOPTER=/path/to/arducopter python -m tests.ardupilot.checks DIR
 
 import json
 import os
-import subprocess
 import sys
 import threading
 import time
@@ -15,7 +14,8 @@ import numpy as np
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from tests.ardupilot.simulator import COMPANION_LINK, Ground, copter, in_namespace
+from tests.ardupilot.namespace import go_inside
+from tests.ardupilot.simulator import COMPANION_LINK, Ground, copter
 
 SAMPLE_S = 0.004
 SWITCH, LOW, HIGH = 300, 0, 2
@@ -114,9 +114,7 @@ def fly(ground: Ground, sender: Sender) -> dict:
 
 def main() -> None:
     """Enter the namespace, then fly."""
-    if "DOB_FLIGHT_INSIDE" not in os.environ:
-        command = in_namespace("-m", "tests.ardupilot.checks", *sys.argv[1:])
-        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    go_inside("tests.ardupilot.checks")
     directory = Path(sys.argv[1]).resolve()
     directory.mkdir(parents=True, exist_ok=True)
     with copter(Path(os.environ["DOB_ARDUCOPTER"]), directory, GCS_PID_MASK=1):

@@ -13,7 +13,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.ardupilot.simulator import COMPANION_LINK, Ground, copter, in_namespace
+from tests.ardupilot.namespace import go_inside
+from tests.ardupilot.simulator import COMPANION_LINK, Ground, copter
 
 Aircraft = Callable[[Path], contextlib.AbstractContextManager]
 
@@ -23,9 +24,7 @@ def main(module: str, text: str, aircraft: Aircraft, ground: type[Ground], link:
     parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", type=Path, required=True, metavar="DIR")
     arguments, more = parser.parse_known_args()
-    if "DOB_FLIGHT_INSIDE" not in os.environ:
-        command = in_namespace("-m", module, *sys.argv[1:])
-        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    go_inside(module)
     out = arguments.o.resolve()
     out.mkdir(parents=True, exist_ok=True)
     with aircraft(out):

@@ -10,62 +10,21 @@ import argparse
 import json
 import math
 import os
-import subprocess
-import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from pymavlink import DFReader
 
-from tests.ardupilot.simulator import Ground, companion, copter, in_namespace
+from dob_companion.artifact import loads
+from tests.ardupilot.namespace import go_inside
+from tests.ardupilot.programs import AXES, PROGRAMS, UPDATE_S, Program, signal
+from tests.ardupilot.promised import promises
+from tests.ardupilot.simulator import Ground, companion, copter
 
-AXES = ("roll", "pitch", "yaw")
 ACTIVE = 4
-UPDATE_S = 0.04
 SKIPPED_S = 2.0
 LARGEST_TWIST_MS = 2_000_000_000
-
-
-@dataclass(frozen=True)
-class Program:
-    """A disturbance, angular acceleration in rad/s² about some axes, and how long each window is."""
-
-    axes: tuple[str, ...]
-    amplitude: float
-    shape: str
-    window_s: float = 20.0
-
-
-PROGRAMS = {
-    "calm": Program(AXES, 0.0, "sine"),
-    "sine-roll": Program(("roll",), 6.0, "sine"),
-    "sine-pitch": Program(("pitch",), 6.0, "sine"),
-    "noise-roll": Program(("roll",), 6.0, "noise", 30.0),
-    "noise-pitch": Program(("pitch",), 6.0, "noise", 30.0),
-    "noise-yaw": Program(("yaw",), 1.0, "noise", 30.0),
-    "step-roll": Program(("roll",), 6.0, "step", 10.0),
-    "step-pitch": Program(("pitch",), 6.0, "step", 10.0),
-    "step-yaw": Program(("yaw",), 1.0, "step", 10.0),
-}
-
-
-def signal(program: Program, seconds: float) -> np.ndarray:
-    """The disturbance, a value for each UPDATE_S."""
-    n = math.ceil(seconds / UPDATE_S)
-    t = np.arange(n) * UPDATE_S
-    if program.shape == "sine":
-        return program.amplitude * np.sin(2 * math.pi * 0.5 * t)
-    if program.shape == "step":
-        return np.full(n, program.amplitude)
-    pole = math.exp(-2 * math.pi * 1.0 * UPDATE_S)  # white noise through a 1 Hz low-pass
-    noise, value = np.random.default_rng(7).standard_normal(n), 0.0
-    values = []
-    for w in noise:
-        value = pole * value + math.sqrt(1 - pole * pole) * w
-        values.append(program.amplitude * value)
-    return np.array(values)
 
 
 def window(ground: Ground, program: Program) -> dict[str, dict[str, float]]:
@@ -94,9 +53,12 @@ def window(ground: Ground, program: Program) -> dict[str, dict[str, float]]:
     return found
 
 
-def fly(ground: Ground, names: list[str]) -> list[dict]:
-    """Each program without and with the observer, in the air."""
+def fly(ground: Ground, names: list[str], design: Path) -> list[dict]:
+    """Each program without and with the observer, in the air; before it what the design promises."""
     rows = []
+    promise = promises(loads(design.read_text()))
+    for (name, axis), ratio in promise.items():
+        print(f"promised: {name:12} {axis:6} {ratio:5.1f}x", flush=True)
     for name in names:
         program = PROGRAMS[name]
         off = window(ground, program)
@@ -119,6 +81,7 @@ def fly(ground: Ground, names: list[str]) -> list[dict]:
                 "estimate_on": on[axis]["estimate"],
                 "off_s": [off[axis]["from_s"], off[axis]["to_s"]],
                 "on_s": [on[axis]["from_s"], on[axis]["to_s"]],
+                "promised": promise.get((name, axis)),
                 "said": said,
             }
             for axis in program.axes
@@ -164,9 +127,7 @@ def main() -> None:
     arguments = parser.parse_intermixed_args()
     if unknown := set(arguments.program) - set(PROGRAMS):
         parser.error(f"no such program: {', '.join(sorted(unknown))}")
-    if "DOB_FLIGHT_INSIDE" not in os.environ:
-        command = in_namespace("-m", "tests.ardupilot.flights", *sys.argv[1:])
-        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    go_inside("tests.ardupilot.flights")
     directory = arguments.o.resolve()
     directory.mkdir(parents=True, exist_ok=True)
     with copter(Path(os.environ["DOB_ARDUCOPTER"]), directory):
@@ -176,7 +137,7 @@ def main() -> None:
                 ground.fly()
                 ground.set("SIM_TWIST_TIME", LARGEST_TWIST_MS)
                 time.sleep(5.0)
-                rows = fly(ground, arguments.program or list(PROGRAMS))
+                rows = fly(ground, arguments.program or list(PROGRAMS), arguments.design)
         finally:
             (directory / "texts.json").write_text(json.dumps(ground.texts, indent=1))
             ground.close()

@@ -11,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from tests.ardupilot.flights import AXES
+from tests.ardupilot.programs import AXES
 
 
 def draw(directory: Path, title: str, path: Path, names: list[str]) -> None:

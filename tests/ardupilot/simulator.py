@@ -1,7 +1,7 @@
 """ArduPilot's own simulator, with our script on board, and a ground station beside it.
 
-The simulator binds every address of the machine, so all of this belongs into a network namespace of its own:
-`in_namespace` starts a program in one that has nothing but a loopback.
+The simulator binds every address of the machine, so all of this belongs into a network namespace of its own (see
+`namespace`).
 """
 
 import contextlib
@@ -31,12 +31,6 @@ PRIORITY = 30
 """Real-time priority of a simulator where it may be had: a daemon, at 20, is on another computer than an autopilot."""
 SCRIPT_PARAMETERS = {"DOBC_FRAME": 1, "DOBC_ENABLE": 1, "DOBC_LIMIT": 0.3}
 """A file of defaults does not reach what a script declares; so they are written, as a user does."""
-
-
-def in_namespace(*arguments: object) -> list[str]:
-    """The command that runs a Python module of ours in a network namespace with a loopback and nothing else."""
-    command = ["unshare", "--net"] + ([] if os.geteuid() == 0 else ["--map-root-user"])
-    return [*command, "sh", "-c", 'ip link set lo up && exec "$@"', "sh", sys.executable, *map(str, arguments)]
 
 
 @contextlib.contextmanager

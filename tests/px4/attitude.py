@@ -74,12 +74,33 @@ class Log:
         return float(((motors < AT_STOP) | (motors > 1.0 - AT_STOP)).any(axis=1).mean())
 
 
+def log_of(directory: Path) -> Log:
+    """Of a flight in `directory`."""
+    return Log(next((directory / "vehicle" / "log").rglob("*.ulg")))
+
+
+def compared(directory: Path, rows: list[dict]) -> list[dict]:
+    """The rows of a flight with what was not done of what was asked for, off and on; prints it beside the promise."""
+    log, found = log_of(directory), []
+    for row in rows:
+        axis = AXES.index(row["axis"])
+        off, on = (float(log.parts(*row[f"{name}_s"])["not done"][axis]) for name in ("off", "on"))
+        found.append(row | {"not_done_off": off, "not_done_on": on})
+        promise = f"{row['promised']:.1f}" if row["promised"] else ""
+        print(
+            f"{row['program']:12} {row['axis']:6} estimate less setpoint {off:6.3f}° -> {on:7.4f}° ({off / on:5.1f}x)  "
+            f"promised {promise}",
+            flush=True,
+        )
+    return found
+
+
 def main() -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("directory", type=Path, metavar="DIR")
     directory = parser.parse_args().directory
-    log = Log(next((directory / "vehicle" / "log").rglob("*.ulg")))
+    log = log_of(directory)
     spans = windows(directory)
     for off, on in zip(spans["off"], spans["on"], strict=True):
         print(f"motor at a stop: off {log.at_stop(*off):.2%}, on {log.at_stop(*on):.2%} of looks")

@@ -6,7 +6,6 @@ DOB_PX4=/path/to/bin/px4 python -m tests.px4.checks DIR
 import json
 import os
 import struct
-import subprocess
 import sys
 import threading
 import time
@@ -16,7 +15,7 @@ import numpy as np
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from tests.ardupilot.simulator import in_namespace
+from tests.ardupilot.namespace import go_inside
 from tests.px4.simulator import COMPANION_LINK, Px4Ground, Sih, sih
 
 STREAMS_US = {mav.MAVLINK_MSG_ID_HIGHRES_IMU: 4000, mav.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY: 4000}
@@ -127,9 +126,7 @@ def refusals(directory: Path) -> dict[str, str]:
 
 def main() -> None:
     """Enter the namespace, then fly."""
-    if "DOB_FLIGHT_INSIDE" not in os.environ:
-        command = in_namespace("-m", "tests.px4.checks", *sys.argv[1:])
-        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    go_inside("tests.px4.checks")
     directory = Path(sys.argv[1]).resolve()
     directory.mkdir(parents=True, exist_ok=True)
     with sih(Path(os.environ["DOB_PX4"]), directory, COM_RC_IN_MODE=1) as vehicle:

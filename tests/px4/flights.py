@@ -4,23 +4,25 @@
 
 Everything goes through MAVLink, as a user's ground station would do it: disturbances as torque of the motors (see
 sih_disturbance), DOB_ENABLE through the autopilot to component 191, attitudes from the ground station's link. Windows
-as in tests.ardupilot.flights. DIR holds the logs, the daemon's record and result.json.
+as in tests.ardupilot.flights. What an observer can change is the attitude less what is asked for, both as PX4 knows
+them: that comes from its own log (see `attitude`). DIR holds the logs, the daemon's record and result.json.
 """
 
 import argparse
 import json
 import os
 import shutil
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
-from tests.ardupilot.flights import AXES, PROGRAMS, fly, keep
+from tests.ardupilot.flights import fly, keep
+from tests.ardupilot.namespace import go_inside
+from tests.ardupilot.programs import AXES, PROGRAMS
 from tests.ardupilot.recorded import messages
-from tests.ardupilot.simulator import companion, in_namespace
+from tests.ardupilot.simulator import companion
+from tests.px4.attitude import compared
 from tests.px4.simulator import COMPANION_LINK, Px4Ground, sih
 
 AUTOPILOT = 1
@@ -50,9 +52,7 @@ def main() -> None:
     arguments = parser.parse_intermixed_args()
     if unknown := set(arguments.program) - set(PROGRAMS):
         parser.error(f"no such program: {', '.join(sorted(unknown))}")
-    if "DOB_FLIGHT_INSIDE" not in os.environ:
-        command = in_namespace("-m", "tests.px4.flights", *sys.argv[1:])
-        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    go_inside("tests.px4.flights")
     directory = arguments.o.resolve()
     directory.mkdir(parents=True, exist_ok=True)
     shutil.rmtree(directory / "record", ignore_errors=True)
@@ -63,12 +63,12 @@ def main() -> None:
             with companion(arguments.design.resolve(), directory, *record, link=COMPANION_LINK):
                 ground.fly()
                 time.sleep(5.0)
-                rows = fly(ground, arguments.program or list(PROGRAMS))
+                rows = fly(ground, arguments.program or list(PROGRAMS), arguments.design)
         finally:
             (directory / "texts.json").write_text(json.dumps(ground.texts, indent=1))
             ground.close()
     add_truth(rows, directory / "record")
-    keep(directory, ground, rows)
+    keep(directory, ground, compared(directory, rows))
 
 
 if __name__ == "__main__":

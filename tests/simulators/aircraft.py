@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from dob_companion.mavlink.tunnel import PAYLOAD, PAYLOAD_TYPE
-from tests.ardupilot.flights import ACTIVE, LARGEST_TWIST_MS, UPDATE_S
+from tests.ardupilot.flights import ACTIVE, LARGEST_TWIST_MS
+from tests.ardupilot.programs import UPDATE_S
 from tests.ardupilot.simulator import Ground, companion, copter
 from tests.px4.simulator import Px4Ground, sih
 from tests.simulators.relay import COMPANION_PORT, VEHICLE_PORT, Fate, Passed, Relay, Way, passed, relay

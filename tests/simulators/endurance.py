@@ -10,10 +10,7 @@ docs; DIR gets result.json. Linux only, in a network of its own.
 
 import argparse
 import json
-import os
 import re
-import subprocess
-import sys
 import time
 from collections import Counter
 from dataclasses import asdict, dataclass
@@ -24,8 +21,9 @@ from pathlib import Path
 import numpy as np
 
 from dob_companion.artifact import loads
-from tests.ardupilot.flights import ACTIVE, AXES, PROGRAMS, signal
-from tests.ardupilot.simulator import in_namespace
+from tests.ardupilot.flights import ACTIVE
+from tests.ardupilot.namespace import go_inside
+from tests.ardupilot.programs import AXES, PROGRAMS, signal
 from tests.simulators.aircraft import AIRCRAFT, Flight, hover
 from tests.simulators.judge import judge
 from tests.simulators.relay import CUT, Faults
@@ -214,9 +212,7 @@ def main() -> None:
     parser.add_argument("--axes", nargs="+", choices=AXES, default=list(AXES))
     parser.add_argument("--faults", action="store_true")
     arguments = parser.parse_args()
-    if "DOB_FLIGHT_INSIDE" not in os.environ:
-        command = in_namespace("-m", "tests.simulators.endurance", *sys.argv[1:])
-        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    go_inside("tests.simulators.endurance")
     aircraft, directory, design = AIRCRAFT[arguments.autopilot], arguments.o.resolve(), arguments.design.resolve()
     before = steal()
     with hover(aircraft, design, directory) as flight:

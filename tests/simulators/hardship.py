@@ -10,16 +10,13 @@ gets result.json. Linux only, in a network of its own.
 
 import argparse
 import json
-import os
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
-from tests.ardupilot.flights import PROGRAMS, signal
-from tests.ardupilot.simulator import in_namespace
+from tests.ardupilot.namespace import go_inside
+from tests.ardupilot.programs import PROGRAMS, signal
 from tests.simulators.aircraft import AIRCRAFT, Aircraft, Flight, Wire, hover
 from tests.simulators.relay import CUT, NONE
 
@@ -147,9 +144,7 @@ def main() -> None:
     parser.add_argument("design", type=Path)
     parser.add_argument("-o", type=Path, required=True, metavar="DIR")
     arguments = parser.parse_args()
-    if "DOB_FLIGHT_INSIDE" not in os.environ:
-        command = in_namespace("-m", "tests.simulators.hardship", *sys.argv[1:])
-        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    go_inside("tests.simulators.hardship")
     aircraft, directory = AIRCRAFT[arguments.autopilot], arguments.o.resolve()
     with hover(aircraft, arguments.design.resolve(), directory) as flight:
         fly(flight)

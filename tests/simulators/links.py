@@ -11,14 +11,13 @@ import argparse
 import contextlib
 import json
 import os
-import subprocess
-import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from tests.ardupilot.simulator import Ground, companion, copter, in_namespace
+from tests.ardupilot.namespace import go_inside
+from tests.ardupilot.simulator import Ground, companion, copter
 from tests.simulators.line import line
 
 HOVER_S = 25.0
@@ -92,9 +91,7 @@ def main() -> None:
     parser.add_argument("-o", type=Path, required=True, metavar="DIR")
     parser.add_argument("link", nargs="*", metavar="LINK", help=", ".join(LINKS))
     arguments = parser.parse_intermixed_args()
-    if "DOB_FLIGHT_INSIDE" not in os.environ:
-        command = in_namespace("-m", "tests.simulators.links", *sys.argv[1:])
-        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    go_inside("tests.simulators.links")
     directory, found = arguments.o.resolve(), []
     print("| link | gyro | round trip | time in ACTIVE | reasons |")
     print("| --- | --: | --: | --: | --- |")

@@ -8,17 +8,14 @@ Linux only, in a network of its own.
 
 import argparse
 import json
-import os
 import re
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
-from tests.ardupilot.flights import UPDATE_S
-from tests.ardupilot.simulator import in_namespace
+from tests.ardupilot.namespace import go_inside
+from tests.ardupilot.programs import UPDATE_S
 from tests.simulators.aircraft import AIRCRAFT, COMPANION, Flight, Wire, hover
 
 STAGES = {"moderate, 1 rad/s²": 1.0, "beyond the motors, 16 rad/s²": 16.0, "moderate again": 1.0}
@@ -75,9 +72,7 @@ def main() -> None:
     parser.add_argument("design", type=Path)
     parser.add_argument("-o", type=Path, required=True, metavar="DIR")
     arguments = parser.parse_args()
-    if "DOB_FLIGHT_INSIDE" not in os.environ:
-        command = in_namespace("-m", "tests.simulators.saturation", *sys.argv[1:])
-        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    go_inside("tests.simulators.saturation")
     directory = arguments.o.resolve()
     with hover(AIRCRAFT["px4"], arguments.design.resolve(), directory) as flight:
         rows = fly(flight)

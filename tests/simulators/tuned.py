@@ -14,8 +14,11 @@ import time
 from pathlib import Path
 
 from tests.ardupilot import simulator as ardupilot
-from tests.ardupilot.flights import LARGEST_TWIST_MS, PROGRAMS, fly, keep
+from tests.ardupilot.flights import LARGEST_TWIST_MS, fly, keep
+from tests.ardupilot.namespace import go_inside
+from tests.ardupilot.programs import PROGRAMS
 from tests.px4 import simulator as px4
+from tests.px4.attitude import compared
 
 WANTED = ("sine-roll", "sine-pitch", "noise-roll", "noise-pitch", "noise-yaw")
 AIRCRAFT = {
@@ -36,9 +39,7 @@ def main() -> None:
     parser.add_argument("-o", type=Path, required=True, metavar="DIR")
     parser.add_argument("program", nargs="*", metavar="PROGRAM", help=", ".join(PROGRAMS))
     arguments = parser.parse_intermixed_args()
-    if "DOB_FLIGHT_INSIDE" not in os.environ:
-        command = ardupilot.in_namespace("-m", "tests.simulators.tuned", *sys.argv[1:])
-        sys.exit(subprocess.run(command, env=os.environ | {"DOB_FLIGHT_INSIDE": "1"}, check=False).returncode)
+    go_inside("tests.simulators.tuned")
     variable, aircraft, station, link = AIRCRAFT[arguments.autopilot]
     directory = arguments.o.resolve()
     directory.mkdir(parents=True, exist_ok=True)
@@ -48,13 +49,16 @@ def main() -> None:
             ground.fly()
             tune = [sys.executable, "-m", "dob_companion", "tune", "--link", link, "-o", str(directory / "tuned")]
             subprocess.run(tune, check=True, preexec_fn=as_others)
-            with ardupilot.companion(directory / "tuned" / "design.json", directory, link=link):
+            design = directory / "tuned" / "design.json"
+            with ardupilot.companion(design, directory, link=link):
                 if arguments.autopilot == "ardupilot":
                     ground.set("SIM_TWIST_TIME", LARGEST_TWIST_MS)
                 time.sleep(5.0)
-                rows = fly(ground, arguments.program or list(WANTED))
+                rows = fly(ground, arguments.program or list(WANTED), design)
         finally:
             ground.close()
+    if arguments.autopilot == "px4":
+        rows = compared(directory, rows)
     keep(directory, ground, rows)
 
 
