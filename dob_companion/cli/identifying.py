@@ -23,7 +23,6 @@ from dob_companion.identification.record import Record
 from dob_companion.identification.result import Identification, Interval
 from dob_companion.identification.spec import spec_text
 from dob_companion.identification.surroundings import Surroundings, around
-from dob_companion.identification.verdict import mistaken
 from dob_companion.logs import read_log
 from dob_companion.mavlink.axes import IN_HOVER, VehicleAxes, axis_map
 from dob_companion.report.identification_page import identification_page
@@ -104,7 +103,7 @@ def of_logs(paths: Sequence[Path], options: Options, config: Path | None = None)
     surroundings = around(records, found)
     if not found.usable:
         return Outcome(found=found, surroundings=surroundings, spec=None, why="no axis is usable")
-    if wrong := [axis for axis, result in found.axes.items() if mistaken(result.why)]:
+    if wrong := [axis for axis, result in found.axes.items() if result.mistaken]:
         why = f"signals of {', '.join(wrong)} are mistaken for others, so who knows of the rest; --axis takes one alone"
         return Outcome(found=found, surroundings=surroundings, spec=None, why=why)
     try:

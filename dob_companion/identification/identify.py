@@ -5,12 +5,12 @@ its intervals and its bound. In two passes: the first model is the reference of 
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from dob_companion.artifact import AXES
-from dob_companion.identification import checks, verdict
+from dob_companion.identification import checks, early, verdict
 from dob_companion.identification.agreement import shift
 from dob_companion.identification.bound import Peaks, bound
 from dob_companion.identification.fit import (
@@ -142,6 +142,14 @@ def _refused(axes: Sequence[str], why: str) -> dict[str, AxisResult]:
     return {axis: AxisResult(axis=axis, usable=False, why=why) for axis in axes}
 
 
+@dataclass(frozen=True, slots=True)
+class _Doubt:
+    """Why an axis cannot be used, and whether its signals are not what they are named for."""
+
+    why: str
+    mistaken: bool = False
+
+
 class _Axis:
     """One axis of a grid."""
 
@@ -170,29 +178,36 @@ class _Axis:
             best = seen
             break
         if best is None:
-            why, seen_best = self._best_doubt(doubts)
+            doubt, seen_best = self._best_doubt(doubts)
             response = self._response(seen_best) if seen_best and len(seen_best.estimate.frequency) else None
-            return AxisResult(axis=self._name, usable=False, why=why, response=response), ()
+            return self._refused(doubt, response), ()
         return self._judged(best), best.spans
 
-    def _best_doubt(self, doubts: list[tuple[str, Seen]]) -> tuple[str, Seen | None]:
+    def _refused(self, doubt: _Doubt, response: Response | None) -> AxisResult:
+        return AxisResult(axis=self._name, usable=False, why=doubt.why, response=response, mistaken=doubt.mistaken)
+
+    def _best_doubt(self, doubts: list[tuple[_Doubt, Seen]]) -> tuple[_Doubt, Seen | None]:
         """Of all instruments, the doubt of that which showed most."""
         if not doubts:
-            return f"no excitation: {verdict.DOUBLETS}", None
+            return _Doubt(f"no excitation: {verdict.DOUBLETS}"), None
         return max(doubts, key=lambda each: len(each[1].estimate.frequency))
 
     def _seen(self, instrument: Instrument, spans: Stretches, reference: Floats) -> Seen:
         found, edges = self._views.levels(instrument, spans, reference, self._known.in_record)
         return Seen(instrument, spans, found, edges, estimate(found, edges, self._axis), reference)
 
-    def _doubt(self, seen: Seen) -> str:
-        """Why this instrument shows nothing of the aircraft; "" where it does."""
+    def _doubt(self, seen: Seen) -> _Doubt | None:
+        """Why this instrument shows nothing of the aircraft; None where it does."""
         if other := checks.other_axis(seen.levels, self._axis):
-            return f"{verdict.SWAPPED}: {other}"
+            return _Doubt(f"axes swapped: {other}", mistaken=True)
+        why = self._shows_nothing(seen)
+        return _Doubt(why) if why else None
+
+    def _shows_nothing(self, seen: Seen) -> str:
         if other := checks.moved_alike(seen.levels, self._axis):
             return f"{self._name} and {other} were moved by one signal: excite one axis after another"
         if len(seen.estimate.frequency) < verdict.BANDS:
-            return f"too little excitation by the {seen.instrument.name}: {verdict.DOUBLETS}"
+            return _too_little(seen)
         w = seen.estimate.frequency
         if checks.is_controller(w, seen.estimate.value * self._at(seen.reference, w), self._known.controllers):
             return f"this shows the controller (-1/C), not the aircraft: {verdict.DOUBLETS}"
@@ -209,8 +224,7 @@ class _Axis:
         seen = self._seen(first.instrument, first.spans, reference)
         response = self._response(seen)
         if len(response.frequency) < verdict.BANDS:
-            why = f"too little excitation by the {seen.instrument.name}: {verdict.DOUBLETS}"
-            return AxisResult(axis=self._name, usable=False, why=why, response=response)
+            return self._refused(_Doubt(_too_little(seen)), response)
         richest = rigid(self._data(seen.estimate, reference), start.parameters)
         fine = self._fine(seen)
         resolved = seen.estimate
@@ -231,8 +245,10 @@ class _Axis:
         off = np.hypot(between, resolved.frequency * apart.delay_s)
         limit = bound(chosen, richest, width, resolved.averages, off, peaks)
         model = self._model(seen, chosen, width, limit, (between, apart.delay_s), reason)
+        stamps = "" if apart.why else early.doubt(richest)
         why = (
             apart.why
+            or stamps
             or verdict.not_one_aircraft(model, between, gains)
             or verdict.not_covered(response, self._crossover(chosen))
             or verdict.not_known(model)
@@ -244,6 +260,7 @@ class _Axis:
             why=why or verdict.praise(model, response),
             response=response,
             model=model,
+            mistaken=bool(stamps) or (not apart.why and model.acceleration_per_unit.value <= 0.0),
         )
 
     def _fine(self, seen: Seen) -> Estimate:
@@ -372,6 +389,10 @@ class _Axis:
             held_out_misfit=held_out_misfit,
             held_out_chi2=held_out_chi2,
         )
+
+
+def _too_little(seen: Seen) -> str:
+    return f"too little excitation by the {seen.instrument.name}: {verdict.DOUBLETS}"
 
 
 def _resolves(fine: Estimate, smooth: Estimate) -> bool:

@@ -169,6 +169,7 @@ class AxisResult:
 
     response   None where there was nothing to estimate from
     model      None where nothing could be fitted; may be there without being usable
+    mistaken   whether signals are not what they are named for, so that those of other axes may not be either
     """
 
     axis: str
@@ -176,6 +177,7 @@ class AxisResult:
     why: str
     response: Response | None = None
     model: AxisModel | None = None
+    mistaken: bool = False
 
     def to_object(self) -> dict[str, object]:
         """As `identify --json` prints it: intervals are {value, low, high}, or null where there is no model."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 from dob_companion.artifact import AXES
+from dob_companion.identification import clock
 from dob_companion.identification.grid import HOLE, Grid, overlap, timing
 from dob_companion.identification.record import Record, Signal
 from dob_companion.identification.result import AxisModel, Floats, Response
@@ -34,7 +35,6 @@ APART = 0.15
 """Largest relative standard deviation of the gain from segment to segment."""
 
 SATURATED = "saturated throughout: fly calmer, or excite with a smaller amplitude"
-NEGATIVE, SWAPPED = "the gain is negative", "axes swapped"
 
 EXCITE = "record over the link with `dob-companion excite`"
 DOUBLETS = "excite, or fly stick doublets in a mode that holds attitude"
@@ -56,7 +56,7 @@ def unfit(record: Record, rate_hz: float) -> str:
     begin, end = overlap(record)
     if end - begin < SHORTEST_S:
         return f"gyro and moment are there together for {max(0.0, end - begin):.1f} s only"
-    return ""
+    return clock.doubt(record)
 
 
 def _useless(name: str, signal: Signal, rate_hz: float, faster: str) -> str:
@@ -140,7 +140,7 @@ def not_covered(response: Response, crossover_hz: float) -> str:
 def not_one_aircraft(model: AxisModel, between: float, gains: Floats) -> str:
     """Why a model cannot be an aircraft's, or not one's throughout; "" where it can."""
     if model.acceleration_per_unit.value <= 0.0:
-        return f"{NEGATIVE}: a sign is flipped, or axes are swapped, or this shows the controller"
+        return "the gain is negative: a sign is flipped, or axes are swapped, or this shows the controller"
     if not PLAUSIBLE[0] <= model.acceleration_per_unit.value <= PLAUSIBLE[1]:
         return (
             f"a gain of {model.acceleration_per_unit.value:.3g} rad/s² per unit is no aircraft's: "
@@ -168,11 +168,6 @@ def not_known(model: AxisModel) -> str:
             "fly calmer and steadier"
         )
     return ""
-
-
-def mistaken(why: str) -> bool:
-    """Whether this says that signals are not what they are named for, so that those of other axes may not be either."""
-    return why.startswith((NEGATIVE, SWAPPED))
 
 
 def praise(model: AxisModel, response: Response) -> str:

@@ -1,0 +1,35 @@
+"""Whether the rate answers before the moment: no aircraft does, so the stamps of one of them are wrong.
+
+A model has no negative delay, and without one a lead or a missing lag stands in for it, at the cost of the fit. Here
+the rate is put off by AHEAD_S, so that the delay may be less than that, and fitted anew.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from dob_companion.identification.fit import DELAY, INSIST, Fit, fit, rigid, spread
+
+AHEAD_S = 0.05
+NONE_S = 2e-3
+"""A delay above this is one."""
+WITHIN = 0.5
+"""Of a sample: so early a rate may seem to be that is read between two moments."""
+
+
+def doubt(richest: Fit) -> str:
+    """Why this model cannot be an aircraft's; "" where it can."""
+    if richest.parameters[DELAY] > NONE_S:
+        return ""
+    data = richest.data
+    late = replace(data, value=data.value * np.exp(-1j * data.frequency * AHEAD_S))
+    start = richest.parameters.copy()
+    start[DELAY] += AHEAD_S
+    moved = min(rigid(late), fit(late, richest.free, start), key=lambda one: one.squares)
+    if (richest.squares - moved.squares) / max(1.0, moved.chi2) < INSIST:
+        return ""
+    delay, high = (float(x) - AHEAD_S for x in (moved.parameters[DELAY], spread(moved).parameters[DELAY][1]))
+    if high > -WITHIN * data.dt:
+        return ""
+    early = f"the gyro answers {-1e3 * delay:.0f} ms before the moment that turns the aircraft"
+    return f"{early}: one of the two bears wrong stamps"
