@@ -8,13 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from dob_companion.identification.fit import DELAY, INSIST, Fit, fit, rigid, spread
+from dob_companion.identification.fit import DELAY, INSIST, SHARED, Fit, fit, rigid
 
 AHEAD_S = 0.05
 NONE_S = 2e-3
 """A delay above this is one."""
 WITHIN = 0.5
 """Of a sample: so early a rate may seem to be that is read between two moments."""
+
+NORMAL_95 = 1.96
 
 
 def doubt(richest: Fit) -> str:
@@ -28,8 +30,10 @@ def doubt(richest: Fit) -> str:
     moved = min(rigid(late), fit(late, richest.free, start), key=lambda one: one.squares)
     if (richest.squares - moved.squares) / max(1.0, moved.chi2) < INSIST:
         return ""
-    delay, high = (float(x) - AHEAD_S for x in (moved.parameters[DELAY], spread(moved).parameters[DELAY][1]))
-    if high > -WITHIN * data.dt:
+    delay, latest = float(moved.parameters[DELAY]) - AHEAD_S, -WITHIN * data.dt
+    rest = tuple(k for k in moved.free if k != DELAY)
+    there = fit(late, rest, moved.parameters, fixed={DELAY: AHEAD_S + latest}, apart=True)
+    if delay > latest or there.squares - moved.squares < SHARED * max(1.0, moved.chi2) * NORMAL_95**2:
         return ""
     early = f"the gyro answers {-1e3 * delay:.0f} ms before the moment that turns the aircraft"
     return f"{early}: one of the two bears wrong stamps"

@@ -236,6 +236,8 @@ class _Axis:
             response, fine = self._response(seen), self._fine(seen)
             resolved = fine
             richest = fit(self._data(fine, reference), bending.free, bending.parameters)
+        if stamps := early.doubt(richest):
+            return self._refused(_Doubt(stamps, mistaken=True), response)
         chosen, reason = simplest(richest)
         width = spread(richest)
         between, gains = self._between(seen, chosen)
@@ -245,10 +247,8 @@ class _Axis:
         off = np.hypot(between, resolved.frequency * apart.delay_s)
         limit = bound(chosen, richest, width, resolved.averages, off, peaks)
         model = self._model(seen, chosen, width, limit, (between, apart.delay_s), reason)
-        stamps = "" if apart.why else early.doubt(richest)
         why = (
             apart.why
-            or stamps
             or verdict.not_one_aircraft(model, between, gains)
             or verdict.not_covered(response, self._crossover(chosen))
             or verdict.not_known(model)
@@ -260,7 +260,7 @@ class _Axis:
             why=why or verdict.praise(model, response),
             response=response,
             model=model,
-            mistaken=bool(stamps) or (not apart.why and model.acceleration_per_unit.value <= 0.0),
+            mistaken=not apart.why and model.acceleration_per_unit.value <= 0.0,
         )
 
     def _fine(self, seen: Seen) -> Estimate:
