@@ -102,7 +102,8 @@ def of_logs(paths: Sequence[Path], options: Options, config: Path | None = None)
     found = identify(records, axes=options.axes, rate_hz=options.rate_hz)
     surroundings = around(records, found)
     if not found.usable:
-        return Outcome(found=found, surroundings=surroundings, spec=None, why="no axis is usable")
+        why = f"no axis is usable: {'; '.join(_reasons(found))}"
+        return Outcome(found=found, surroundings=surroundings, spec=None, why=why)
     if wrong := [axis for axis, result in found.axes.items() if result.mistaken]:
         why = f"signals of {', '.join(wrong)} are mistaken for others, so who knows of the rest; --axis takes one alone"
         return Outcome(found=found, surroundings=surroundings, spec=None, why=why)
@@ -133,12 +134,16 @@ def table(outcome: Outcome) -> str:
         rows.append((result.axis, *numbers, "yes" if result.usable else "no"))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    missing = ["", f"no spec: {outcome.why}"] if outcome.spec is None and outcome.found.usable else []
+    return "\n".join([*lines, "", *_reasons(outcome.found), *missing])
+
+
+def _reasons(found: Identification) -> list[str]:
+    """What is said of each axis, of several at once where it is the same."""
     said: dict[str, list[str]] = {}
-    for axis, result in outcome.found.axes.items():
+    for axis, result in found.axes.items():
         said.setdefault(result.why, []).append(axis)
-    reasons = [f"{', '.join(axes)}: {why}" for why, axes in said.items()]
-    missing = ["", f"no spec: {outcome.why}"] if outcome.spec is None else []
-    return "\n".join([*lines, "", *reasons, *missing])
+    return [f"{', '.join(axes)}: {why}" for why, axes in said.items()]
 
 
 def longest(records: Sequence[Record]) -> Record:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from pymavlink.DFReader import DFReader_binary
 
+from dob_companion.cli.main import main
 from dob_companion.identification.identify import identify
 from dob_companion.logs import read_log
 from dob_companion.logs.dataflash import BinaryLog
@@ -113,3 +114,22 @@ def test_flights_of_ours_are_read_whole(name, seconds):
     assert record.rates.time[-1] == pytest.approx(seconds, abs=0.1)
     assert len(record.rates.time) == pytest.approx(250 * seconds, rel=0.01)
     assert record.flying.at(record.rates.time[100:]).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("bols_ape.bin", "gyro at 9.79 Hz is too slow for a design at 250 Hz"),
+        ("pyulog_appended_multiple.ulg", "moment at 9.85 Hz is too slow"),
+        ("pyulog_sample.ulg", "disarmed throughout"),
+        ("pyulog_small.ulg", "never in flight"),
+        ("pyulog_unordered.ulg", "disarmed throughout"),
+    ],
+)
+def test_tune_refuses_each_in_one_line_and_leaves_no_design(name, why, tmp_path, capfd):
+    assert main(["tune", "--log", str(log(name)), "-o", str(tmp_path / "out")]) == 1
+    (line,) = capfd.readouterr().err.splitlines()
+    assert why in line
+    assert "Traceback" not in line
+    left = {path.name for path in (tmp_path / "out").rglob("*")}
+    assert not {"design.json", "spec.toml"} & left

@@ -24,6 +24,8 @@ from dob_companion.artifact import loads
 from tests.ardupilot.flights import ACTIVE
 from tests.ardupilot.namespace import go_inside
 from tests.ardupilot.programs import AXES, PROGRAMS, signal
+from tests.ardupilot.promised import promises
+from tests.px4.attitude import log_of, windows
 from tests.simulators.aircraft import AIRCRAFT, Flight, hover
 from tests.simulators.judge import judge
 from tests.simulators.relay import CUT, Faults
@@ -162,6 +164,21 @@ def compare(off: list, on: list, axes: list[str]) -> list[dict]:
     return found
 
 
+def with_not_done(directory: Path, rows: list[dict], promised: dict[tuple[str, str], float]) -> list[dict]:
+    """The rows of PX4 with the estimate less the setpoint, off and on, which is what an observer can change."""
+    log, ((off, on),) = log_of(directory), zip(*windows(directory).values(), strict=True)
+    without, with_ = log.parts(*off)["not done"], log.parts(*on)["not done"]
+    return [
+        row
+        | {
+            "not done off": float(without[AXES.index(row["axis"])]),
+            "not done on": float(with_[AXES.index(row["axis"])]),
+            "promised": promised[f"noise-{row['axis']}", row["axis"]],
+        }
+        for row in rows
+    ]
+
+
 def fades(directory: Path, began: float) -> Counter[str]:
     """Why the companion faded out while it was to be on, numbers left out. `began`: POSIX time."""
     found: Counter[str] = Counter()
@@ -189,6 +206,10 @@ def say(result: dict) -> None:
             f"| {row['worst 10 s off']:.3f}° | {row['worst 10 s on']:.3f}° | {row['peak off']:.2f}° "
             f"| {row['peak on']:.2f}° |"
         )
+    for row in result["attitudes"]:
+        if "promised" in row:
+            off, on = row["not done off"], row["not done on"]
+            print(f"{row['axis']}: estimate less setpoint {off:.3f}° -> {on:.3f}°, {off / on:.1f} times less")
     if result["recoveries"]:
         print("\n| what was tried | times | recovered | no fade | recovery, median s | longest s |")
         print("| --- | --: | --: | --: | --: | --: |")
@@ -214,6 +235,9 @@ def main() -> None:
     arguments = parser.parse_args()
     go_inside("tests.simulators.endurance")
     aircraft, directory, design = AIRCRAFT[arguments.autopilot], arguments.o.resolve(), arguments.design.resolve()
+    promised = promises(loads(design.read_text()))
+    for axis in arguments.axes:
+        print(f"promised: {axis} {promised[f'noise-{axis}', axis]:.1f} times less", flush=True)
     before = steal()
     with hover(aircraft, design, directory) as flight:
         flown = fly(flight, arguments.axes, arguments.off, arguments.minutes, faults=arguments.faults)
@@ -223,8 +247,9 @@ def main() -> None:
         aircraft, loads(design.read_text()), limit_of(directory), directory / "wire.log",
         flown.marks["on"], flown.marks["end"],
     )  # fmt: skip
+    rows = compare(flown.off, flown.on, arguments.axes)
     result = {
-        "attitudes": compare(flown.off, flown.on, arguments.axes),
+        "attitudes": rows if aircraft.name == "ardupilot" else with_not_done(directory, rows, promised),
         "recoveries": flown.recoveries,
         "fades": fades(directory, flown.on_posix),
         "verdict": asdict(verdict),

@@ -18,6 +18,8 @@ from tests.simulators.hardship import CUTS, KILLED, REBOOT
 ROOT = Path(__file__).parents[2]
 EXAMPLES = {"ardupilot": "examples/ardupilot_copter.toml", "px4": "examples/px4_sih.toml"}
 LONGEST_S = 0.2
+KEPT = 0.65
+"""Share of what the design promises about one axis alone that is to be there with noise about all three."""
 ON_THE_WIRE_S = 0.02
 """What a correction and the report of it are under way, and how often it is reported."""
 
@@ -71,7 +73,10 @@ def test_ten_minutes_in_noise_about_all_axes_bring_no_fade_for_gaps(autopilot, d
     assert not any("gap" in why or "rings" in why for why in result["fades"])
     assert result["wrong"] == 0
     for row in result["attitudes"]:
-        assert row["rms on"] < 0.2 * row["rms off"]
+        if "promised" in row:  # PX4, whose truth holds what no observer can change
+            assert row["not done off"] > KEPT * row["promised"] * row["not done on"]
+        else:
+            assert row["rms on"] < 0.2 * row["rms off"]
 
 
 def test_ten_minutes_of_faults_on_the_wire_bring_no_correction_from_bad_data(autopilot, design, tmp_path):
