@@ -40,10 +40,13 @@ def disturbance_scale(scenario: Scenario, seed: int, build: Builder | None = Non
 
     Fixed-point iteration over whole flights of the vehicle itself, each axis scaled by wanted over found, with smaller
     steps when that leads astray: a linear vehicle takes a handful of flights, axes that share rotors some more. Raises
-    FlightFailedError when it does not settle, or comes down (peaks beyond what the torque limits allow).
+    FlightFailedError when it does not settle, comes down (peaks beyond what the torque limits allow), or has no body
+    for the disturbance to act on.
     """
     if scenario.disturbance is None:
         return (0.0, 0.0, 0.0)
+    if scenario.lacks_body:
+        raise FlightFailedError(f"{scenario.name}: its disturbance is a moment on the body, which linear axes lack")
     wanted = np.array(scenario.disturbance.peak_attitude_error)
     disturbed, largest = wanted > 0.0, scenario.disturbance.largest
     scale = np.where(disturbed, min(0.05, largest), 0.0)  # within reach: a twentieth of full torque, or of a Nm

@@ -82,6 +82,11 @@ class Scenario:
     checks: tuple[Check, ...] = ()
 
     @property
+    def lacks_body(self) -> bool:
+        """Whether the disturbance acts on a body, which linear axes are not."""
+        return self.airframe == "linear" and self.disturbance is not None and self.disturbance.moment
+
+    @property
     def eventful(self) -> bool:
         """Something blows or happens."""
         return self.wind is not None or bool(self.events)
@@ -142,6 +147,8 @@ def _refuse_halves(file: str, scenario: Scenario) -> None:
         raise ScenarioError(f"{file}: [disturbance] and [[check]] come together with [windows]")
     if scenario.windows and scenario.disturbance is None and not scenario.eventful:
         raise ScenarioError(f"{file}: [windows] come together with a [disturbance], [wind] or an [[event]]")
+    if scenario.lacks_body:
+        raise ScenarioError(f'{file}: disturbance.acts_as: a moment needs a body; expected airframe = "tailsitter"')
 
 
 def _disturbance(table: Table) -> Disturbance:

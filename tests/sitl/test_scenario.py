@@ -1,5 +1,7 @@
 """Scenario files and the search for the disturbance."""
 
+from dataclasses import replace
+
 import pytest
 
 from sitl.calibration import disturbance_scale, peaks_off
@@ -44,6 +46,7 @@ def test_a_scenario_is_found_by_path(tmp_path):
         ("[gyro]\n", "gyro = 3\n[other]\n", "gyro: expected a table"),
         ("[paper_ratio]", "[paper_ratios]", "paper_ratios: unknown key; did you mean 'paper_ratio'"),
         ("title", "title = = ", "not TOML"),
+        ("[disturbance]", '[disturbance]\nacts_as = "moment"', "disturbance.acts_as: a moment needs a body"),
         ("hover_altitude_m = ", f"hover_altitude_m = {5000 * '9'}\nother = ", "not TOML"),
         ("hover_altitude_m = ", f"deep = {3000 * '['}", "not TOML"),
     ],
@@ -92,6 +95,11 @@ def test_peaks_beyond_the_torque_there_is_are_refused(tmp_path):
     path.write_text(SHORT.replace("pitch = 0.12", "pitch = 0.99"))
     with pytest.raises(FlightFailedError, match="smaller"):
         disturbance_scale(load(str(path)), 1)
+
+
+def test_linear_axes_have_no_body_for_a_moment_to_act_on():
+    with pytest.raises(FlightFailedError, match="rod: its disturbance is a moment on the body"):
+        disturbance_scale(replace(load("rod"), airframe="linear"), 1)
 
 
 def test_a_disturbance_is_made_no_stronger_than_the_scenario_allows(tmp_path):
