@@ -52,6 +52,11 @@ def test_each_end_of_each_interval_flies_and_the_worst_that_the_certificate_reco
     assert "gain ×0.7" in found["gain low"].changed[0]
 
 
+def test_an_end_of_an_interval_that_is_the_model_itself_is_not_flown_again():
+    design = designed("gain = [1.0, 1.2]")
+    assert [each.name for each in family(design.blocks[0], design.dt)] == ["nominal", "gain high", "worst"]
+
+
 def test_under_a_bound_over_frequency_the_worst_goes_to_the_bound_and_not_beyond():
     design = designed("frequency_hz = [0, 10, 50]\nmultiplicative = [0.1, 0.1, 0.4]")
     (block,) = design.blocks

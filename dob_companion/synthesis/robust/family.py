@@ -60,13 +60,16 @@ def family(block: DobBlock, dt: float) -> list[Relative]:
 
 
 def _ends(uncertainty: Uncertainty) -> Iterator[tuple[str, Sample]]:
-    """Each kind of parameter at its lower and at its upper end in all axes, everything else as in the model."""
+    """Each kind of parameter at its lower and at its upper end in all axes, everything else as in the model.
+
+    An end that is the model's own value is no other plant.
+    """
     kinds = [dict(_spans(channel)) for channel in uncertainty.channels]
     for name in ("gain", "pole", "modes"):
         spans = [kind[name] for kind in kinds]
         parts = [c.intervals[i] for c, span in zip(uncertainty.channels, spans, strict=True) for i in span]
-        if any(part.high > part.low for part in parts):
-            for end in ("low", "high"):
+        for end in ("low", "high"):
+            if any(getattr(part, end) != part.nominal for part in parts):
                 values = tuple(
                     tuple(getattr(p, end) if i in span else p.nominal for i, p in enumerate(c.intervals))
                     for c, span in zip(uncertainty.channels, spans, strict=True)
