@@ -50,7 +50,8 @@ class Exciter(Companion):
     @property
     def excitation(self) -> ExcitationLoop:
         """Its loop."""
-        assert isinstance(self.loop, ExcitationLoop)
+        if not isinstance(self.loop, ExcitationLoop):
+            raise TypeError(f"an exciter has an ExcitationLoop, not a {type(self.loop).__name__}")
         return self.loop
 
     def advance(self, now: float) -> None:

@@ -56,6 +56,9 @@ class OwnAircraft:
 
     def settled(self) -> "OwnAircraft":
         """The same with an attitude gain that holds it. Raises FlightFailedError when there is none."""
+        return replace(self, attitude_gain=self._gain_that_holds())
+
+    def _gain_that_holds(self) -> Vector:
         whole = _whole(self)
         rate = _rate_loop(*whole)
         for group in _all_groups(self):
@@ -64,19 +67,18 @@ class OwnAircraft:
         if gain is None or _radius(_attitude_loop(rate, gain)) >= 1.0:
             what = "no attitude loop" if gain is None else f"no attitude loop with the gains {list(gain)} 1/s"
             raise FlightFailedError(f"{self.source}: {what} holds this aircraft; expected a rate loop that follows")
-        return replace(self, attitude_gain=gain)
+        return gain
 
     def build(self) -> Aircraft:
         """A new aircraft of this kind, on the ground. Raises FlightFailedError as `settled` does."""
-        whole = self if self.attitude_gain else self.settled()
-        assert whole.attitude_gain is not None
+        gain = self.attitude_gain or self._gain_that_holds()
         groups = _all_groups(self)
         return Aircraft(
             airframe=LinearAirframe(rates=CoupledRates(beside([(g.axes, g.plant) for g in groups]))),
             mixer=SeparateAxes(),
             tuning=Tuning(rate=RATE_PIDS, hover_thrust=HOVER_THRUST),
             rates=MatrixLaw([(g.axes, g.controller) for g in groups]),
-            attitude_gain=whole.attitude_gain,
+            attitude_gain=gain,
         )
 
 
