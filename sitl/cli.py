@@ -24,6 +24,7 @@ from sitl.scenario.own_aircraft import load_aircraft
 from sitl.scenario.spec import Scenario, load, packaged_names
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 from sitl.wire.messages import IMU_FRAMES
+from sitl.wire.reading import MOMENTS
 
 LINK, GCS = "udpout:127.0.0.1:14540", "udpout:127.0.0.1:14550"
 TAKE_OFF_S = 4.0
@@ -66,6 +67,12 @@ def parser() -> argparse.ArgumentParser:
         choices=tuple(IMU_FRAMES),
         default="hover",
         help="frame that HIGHRES_IMU is in: forward-flight is a tail-sitter's (%(default)s)",
+    )
+    p.add_argument(
+        "--moments",
+        choices=MOMENTS,
+        default="held",
+        help="as they act, or as ArduPilot's script reads them: now and then (%(default)s)",
     )
     p.add_argument("-o", dest="directory", type=Path, metavar="DIR", help="result.json, flight.npz, figure.png go here")
     p.add_argument("--no-figure", action="store_true", help="draw none")
@@ -143,7 +150,7 @@ def _fly(options: argparse.Namespace) -> int:
         flight.vehicle.lockstep = options.clock == "lockstep"
         limits = Limits(options.timeout, None if endless else options.event_timeout)
         ends = {COMPANION: other_end(options.link), GROUND: other_end(options.gcs)}
-        loop = Loop(Endpoint(flight, options.imu), links, limits, ends)
+        loop = Loop(Endpoint(flight, options.imu, options.moments), links, limits, ends)
         return _run(loop, options.clock, directory, drawn=not options.no_figure)
     finally:
         for link in links.values():

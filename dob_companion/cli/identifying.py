@@ -32,9 +32,11 @@ SPEC, PAGE, RESULT = "spec.toml", "identification.html", "identification.json"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What came of a log. `spec` is None where none could be written, and `why` says so in one line."""
+    """What came of a log. `spec` is None where none could be written, and `why` says so in one line. `make` is that of
+    the autopilot, "" where it is not known."""
 
     found: Identification
+    make: str
     surroundings: dict[str, Surroundings | None]
     spec: str | None
     why: str = ""
@@ -46,6 +48,7 @@ class Outcome:
             whole["axes"][axis]["surroundings"] = _seen(seen) if seen else None
         return whole | {
             "source": self.found.source,
+            "make": self.make,
             "rate_hz": self.found.rate_hz,
             "remarks": list(self.found.remarks),
             "spec": SPEC if self.spec else None,
@@ -103,18 +106,18 @@ def of_logs(paths: Sequence[Path], options: Options, config: Path | None = None)
     surroundings = around(records, found)
     if not found.usable:
         why = f"no axis is usable: {'; '.join(_reasons(found))}"
-        return Outcome(found=found, surroundings=surroundings, spec=None, why=why)
+        return Outcome(found=found, make=records[-1].make, surroundings=surroundings, spec=None, why=why)
     if wrong := [axis for axis, result in found.axes.items() if result.mistaken]:
         why = f"signals of {', '.join(wrong)} are mistaken for others, so who knows of the rest; --axis takes one alone"
-        return Outcome(found=found, surroundings=surroundings, spec=None, why=why)
+        return Outcome(found=found, make=records[-1].make, surroundings=surroundings, spec=None, why=why)
     try:
         controllers = _controllers(records[-1], found.usable, options)
         delays = [said.delay for said in excited if said is not None and said.delay is not None]
         late = link_delay(options.delay, max(delays, key=lambda each: each.value, default=None), controllers)
         text = spec_text(found, controllers, surroundings, late, options.rate_hz)
     except InputError as problem:
-        return Outcome(found=found, surroundings=surroundings, spec=None, why=str(problem))
-    return Outcome(found=found, surroundings=surroundings, spec=text)
+        return Outcome(found=found, make=records[-1].make, surroundings=surroundings, spec=None, why=str(problem))
+    return Outcome(found=found, make=records[-1].make, surroundings=surroundings, spec=text)
 
 
 def table(outcome: Outcome) -> str:

@@ -23,7 +23,8 @@ TURN_S = 0.1
 class Sortie:
     """What is flown: the design, where the vehicle's results and both logs go, the scenario by name or path, the
     link's delay in samples, and the aircraft file of a vehicle other than the scenario's own. `ports` are the
-    companion's and the ground station's, any that are free without them; `drawn` leaves the vehicle's own figure."""
+    companion's and the ground station's, any that are free without them; `drawn` leaves the vehicle's own figure. With
+    `script` its moments are reported as ArduPilot's script reads them, and taken so."""
 
     design: Path
     out: Path
@@ -34,6 +35,7 @@ class Sortie:
     aircraft: Path | None = None
     ports: tuple[int, int] | None = None
     drawn: bool = True
+    script: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +67,8 @@ def fly_sortie(sortie: Sortie, screen: Screen) -> None:
     vehicle_arguments += ["--link", f"udpout:127.0.0.1:{companion_port}", "--gcs", f"udpout:127.0.0.1:{ground_port}"]
     vehicle_arguments += ["-o", str(sortie.out)]
     vehicle_arguments += [] if sortie.drawn else ["--no-figure"]
+    if sortie.script:
+        vehicle_arguments += ["--moments", "read"]
     if sortie.aircraft is not None:
         vehicle_arguments += ["--aircraft", str(sortie.aircraft)]
     with (

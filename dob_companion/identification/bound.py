@@ -1,8 +1,9 @@
 """|G_true / G - 1| at most, over frequency, jointly at 95 %: what a robust design takes.
 
 In the band it follows from the data: what they leave of the model's misfit over half an octave to either side, plus its
-uncertainty, and single frequencies that differ by more than noise makes them. Below the band the model's parameters
-rule, above it nothing is known: the bound rises there, with the square of frequency, beyond 1.
+uncertainty, single frequencies that differ by more than noise makes them, and what is not known of each flexible mode.
+Below the band the model's parameters rule, above it nothing is known: the bound rises there, with the square of
+frequency, beyond 1.
 """
 
 from dataclasses import dataclass
@@ -11,9 +12,9 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
-from dob_companion.identification.fit import Data, Fit, Spread
+from dob_companion.identification.fit import MODES, Data, Fit, Spread
 from dob_companion.identification.grid import Flags
-from dob_companion.identification.result import Bound, Floats
+from dob_companion.identification.result import Bound, Complexes, Floats
 
 LEAST = 0.02
 ABOVE = 0.25
@@ -26,6 +27,10 @@ KNOTS = 10
 SHARPER, FLANK = 1.4, 1.03
 """A peak is this much higher than windows show, and wider to either side."""
 MOST_PEAK = 10.0
+ABOUT_A_MODE = np.concatenate([-np.geomspace(8.0, 0.25, 9), [0.0], np.geomspace(0.25, 8.0, 9)])
+"""Of the widths of a dip or a peak, where the bound has knots; between two of them lines are near enough."""
+DRAWN = 200
+"""Models on the edge of a joint region."""
 JOINTLY = 0.05
 
 
@@ -66,6 +71,7 @@ def bound(chosen: Fit, richest: Fit, spread: Spread, averages: Floats, between: 
     values[at_high] = max(values[at_high], ABOVE)
     smooth = np.array(values) * 1.0005
     knots, smooth = _with_peaks(knots, smooth, chosen, peaks)
+    knots, smooth = _with_modes(knots, smooth, richest, spread)
     return Bound(tuple(_rounded(knots)), tuple(_rounded(smooth)), (low, high))
 
 
@@ -88,6 +94,39 @@ def _with_peaks(knots: Floats, values: Floats, chosen: Fit, peaks: Peaks) -> tup
         values = np.maximum(np.interp(union, knots, values), peak)
         knots = union
     return knots, values
+
+
+def _with_modes(knots: Floats, values: Floats, richest: Fit, spread: Spread) -> tuple[Floats, Floats]:
+    """The bound plus what is not known of each flexible mode: a dip or a peak a little beside where it is taken for is
+    much, and only there, so that the misfit averaged over half an octave does not show it."""
+    for k in range(MODES, len(richest.parameters), 4):
+        own = richest.parameters[k : k + 4]
+        moved = own + _edge(spread.covariance[1 + k : 5 + k, 1 + k : 5 + k])
+        moved[:, 1::2] = np.maximum(moved[:, 1::2], 0.2 * own[1::2])
+        hertz = np.sort(np.concatenate([w * (1.0 + damping * ABOUT_A_MODE) for w, damping in own.reshape(2, 2)]))
+        hertz = hertz[hertz > 0.0] / (2.0 * np.pi)
+        off = np.max(np.abs(_mode(moved, hertz) / _mode(own[None, :], hertz) - 1.0), axis=0)
+        union = np.unique(np.concatenate([knots, hertz]))
+        values = np.interp(union, knots, values) + np.interp(union, hertz, off, left=0.0, right=0.0)
+        knots = union
+    return knots, np.minimum(values, np.maximum(MOST_PEAK, MOST))
+
+
+def _mode(parameters: Floats, hertz: Floats) -> Complexes:
+    """Rows of a peak's and a dip's frequency and damping."""
+    s = 2j * np.pi * hertz
+    peak, damping, dip, damping_dip = (column[:, None] for column in parameters.T)
+    over, under = (1.0 + 2.0 * d * s / w + (s / w) ** 2 for w, d in ((dip, damping_dip), (peak, damping)))
+    return np.asarray(over / under)
+
+
+def _edge(covariance: Floats) -> Floats:
+    """Steps to the edge of the joint region at 95 %, in all directions that there are."""
+    directions = np.random.default_rng(0).standard_normal((DRAWN, len(covariance)))
+    used = int(np.count_nonzero(np.diag(covariance)))
+    directions *= np.sqrt(chi2.ppf(1.0 - JOINTLY, used)) / np.linalg.norm(directions, axis=1, keepdims=True)
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(directions @ (vectors * np.sqrt(np.maximum(values, 0.0))).T)
 
 
 def _joined(out: Flags) -> Flags:
@@ -123,13 +162,7 @@ def _measured(chosen: Fit, averages: Floats, scatter: float) -> Floats:
 
 def _by_parameters(chosen: Fit, richest: Fit, spread: Spread, hertz: Floats) -> Floats:
     """Largest of many models inside the joint region of the richest structure's parameters."""
-    rng = np.random.default_rng(0)
-    count = len(spread.covariance)
-    directions = rng.standard_normal((200, count))
-    used = int(np.count_nonzero(np.diag(spread.covariance)))
-    directions *= np.sqrt(chi2.ppf(1.0 - JOINTLY, used)) / np.linalg.norm(directions, axis=1, keepdims=True)
-    values, vectors = np.linalg.eigh(spread.covariance)
-    moves = directions @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    moves = _edge(spread.covariance)
     w = 2.0 * np.pi * hertz
     # Far below all lags and delays only gain and slow pole count.
     nominal = chosen.gain / (1j * w + chosen.parameters[0])

@@ -17,9 +17,10 @@ from dob_companion.demo.processes import free_udp_ports
 from dob_companion.demo.scenario import told_by_vehicle
 from dob_companion.demo.screen import Silent
 from dob_companion.demo.sortie import Sortie, fly_sortie
-from dob_companion.errors import FlightFailedError, NoVehicleError, RefusedError
+from dob_companion.errors import FlightFailedError, InputError, NoVehicleError, RefusedError
 from dob_companion.files import make_directory, read_bytes, read_text, reader_beside, remove, write_text
 from dob_companion.ground import Telemetry
+from dob_companion.mavlink.makes import ARDUPILOT
 from dob_companion.rehearsal.members import Member, members, scenario_text
 from dob_companion.rehearsal.verdict import Outcome
 from dob_companion.report.trace import WINDOWS
@@ -32,11 +33,24 @@ FILES = ("aircraft.json", "result.json", "flight.npz", "vehicle.log", "companion
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rehearsal:
-    """Where design.json and perhaps spec.toml lie, where results go, and the seed of disturbance and noise."""
+    """Where design.json and perhaps spec.toml and identification.json lie, where results go, and the seed of
+    disturbance and noise."""
 
     directory: Path
     out: Path
     seed: int = 1
+
+    @property
+    def script(self) -> bool:
+        """Whether the aircraft that was identified is ArduPilot's, whose script reports moments late and now and then.
+        Raises InputError for an identification.json that is none."""
+        path = self.directory / "identification.json"
+        if not path.exists():
+            return False
+        try:
+            return bool(json.loads(read_text(path)).get("make") == ARDUPILOT)
+        except (ValueError, AttributeError):
+            raise InputError(f"{path}: expected what `dob-companion identify` writes") from None
 
     @property
     def design(self) -> Path:
@@ -96,6 +110,7 @@ def _prepared(rehearsal: Rehearsal, member: Member, scenario: Path, delay: int, 
         aircraft=out / "aircraft.json",
         ports=ports,
         drawn=False,
+        script=rehearsal.script,
     )
 
 

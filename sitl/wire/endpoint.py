@@ -18,6 +18,7 @@ from sitl.wire.commands import Commands
 from sitl.wire.messages import BUILDERS, actuator_control_target, heartbeat, highres_imu
 from sitl.wire.parameters import Parameters
 from sitl.wire.port import COMPONENT, SYSTEM, Message, Port, source_of
+from sitl.wire.reading import Reading
 from sitl.wire.router import is_for_vehicle, passes
 from sitl.wire.stamping import Stamping
 from sitl.wire.streams import COMPANION_STREAMS, GROUND_STREAMS, Streams
@@ -34,11 +35,13 @@ DATAGRAM = 1200
 
 
 class Endpoint:
-    """MAVLink side of one flight. `imu` is one of IMU_FRAMES: how the IMU that the companion hears is mounted."""
+    """MAVLink side of one flight. `imu` is one of IMU_FRAMES: how the IMU that the companion hears is mounted;
+    `moments` one of MOMENTS: who reports what acts, with "read" an ArduPilot on the companion's link."""
 
-    def __init__(self, flight: Flight, imu: str = "hover") -> None:
+    def __init__(self, flight: Flight, imu: str = "hover", moments: str = "held") -> None:
         self.flight = flight
         self._imu = imu
+        self._reading = Reading(flight.seed) if moments == "read" else None
         self.newest_answered = False
         self.ignored = 0
         self._ports = {COMPANION: Port(COMPANION), GROUND: Port(GROUND)}
@@ -77,8 +80,10 @@ class Endpoint:
             self.newest_answered = True
             return
         port = self._ports[COMPANION]
+        told = sample if self._reading is None else self._reading.of(sample)
         port.send(highres_imu(sample, self._imu))
-        port.send(actuator_control_target(sample))
+        if told is not None:
+            port.send(actuator_control_target(told))
 
     def notice(self, text: str) -> None:
         """Tell the ground station, as STATUSTEXT `sitl: …` (at most 50 bytes)."""
@@ -89,8 +94,9 @@ class Endpoint:
         """Queue what is due at wall time `now`, s: heartbeats, the ground station's streams, what is waited for."""
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + HEARTBEAT_S
-            for port in self._ports.values():
-                port.send(heartbeat(self.flight.vehicle))
+            for link, port in self._ports.items():  # whom a script reports to is ArduPilot's, whoever flies it
+                scripted = self._reading is not None and link == COMPANION
+                port.send(heartbeat(self.flight.vehicle, ardupilot=scripted))
         self._call(self.flight.script.awaiting, now)
         self._stream(GROUND, now)
 

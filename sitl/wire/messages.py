@@ -59,17 +59,17 @@ def actuator_control_target(s: Sample) -> Message:
     return mavlink.MAVLink_actuator_control_target_message(s.stamp_us, 0, controls)
 
 
-def heartbeat(vehicle: Vehicle) -> Message:
-    """HEARTBEAT of a tail-sitter with an autopilot of no known make; in lockstep its clock is not the wall's."""
+def heartbeat(vehicle: Vehicle, *, ardupilot: bool = False) -> Message:
+    """HEARTBEAT of a tail-sitter with an autopilot of no known make, or ArduPilot's; in lockstep its clock is not the
+    wall's."""
+    make = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA if ardupilot else mavlink.MAV_AUTOPILOT_GENERIC
     mode = mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED | mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
     if vehicle.lockstep:
         mode |= mavlink.MAV_MODE_FLAG_HIL_ENABLED
     if vehicle.armed:
         mode |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED
     state = mavlink.MAV_STATE_ACTIVE if vehicle.armed else mavlink.MAV_STATE_STANDBY
-    return mavlink.MAVLink_heartbeat_message(
-        mavlink.MAV_TYPE_VTOL_QUADROTOR, mavlink.MAV_AUTOPILOT_GENERIC, mode, _NO_MODE, state, 3
-    )
+    return mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_VTOL_QUADROTOR, make, mode, _NO_MODE, state, 3)
 
 
 def autopilot_version() -> Message:

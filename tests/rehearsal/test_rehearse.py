@@ -11,6 +11,7 @@ import pytest
 
 from dob_companion.artifact import dumps
 from dob_companion.cli.main import main
+from dob_companion.rehearsal import Rehearsal
 from dob_companion.rehearsal.members import Member
 from dob_companion.rehearsal.verdict import Outcome, failed, rehearsal_table, weakest
 from tests.cli.processes import one_line, run_cli
@@ -62,6 +63,13 @@ def test_the_page_has_every_aircraft_and_the_flight_of_the_model(flown):
     assert all(f'data-member="{name}"' in page for name in ("nominal", "delay", "worst"))
     assert 'data-key="overview-nominal"' in page
     assert "Not usable as it is: delay and worst failed." in page
+
+
+@pytest.mark.parametrize(("make", "script"), [("ArduPilot", True), ("PX4", False), ("", False), (None, False)])
+def test_an_ardupilot_that_was_identified_is_rehearsed_with_its_script(tmp_path, make, script):
+    if make is not None:
+        (tmp_path / "identification.json").write_text(json.dumps({"make": make}))
+    assert Rehearsal(directory=tmp_path, out=tmp_path / "out").script is script
 
 
 @pytest.mark.parametrize(("content", "words"), [(None, "design.json"), ("{", "design.json: not JSON")])

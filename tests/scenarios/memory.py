@@ -14,12 +14,19 @@ from sitl.scenario.spec import Scenario
 from sitl.wire.endpoint import COMPANION, GROUND, Endpoint
 
 
-def fly(scenario: Scenario, design: DobDesign, seed: int = 1, delay: int = 1, scale: Vector | None = None) -> Flight:
+def fly(
+    scenario: Scenario,
+    design: DobDesign,
+    seed: int = 1,
+    delay: int = 1,
+    scale: Vector | None = None,
+    moments: str = "held",
+) -> Flight:
     """Fly both windows; wall time is the vehicle's. The disturbance's size is found unless it is given."""
     if scale is None:
         scale = disturbance_scale(scenario, seed)
     flight = Flight(scenario, seed, scale, delay_samples=delay)
-    endpoint, companion = Endpoint(flight), Companion(design)
+    endpoint, companion = Endpoint(flight, moments=moments), Companion(design)
     station = mav.MAVLink(None, 255, 190)
     asked = False
     while not flight.complete:
