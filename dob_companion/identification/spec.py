@@ -25,6 +25,9 @@ LEAST_NOISE = 5e-4
 MARGIN_KEPT, LEAST_MARGIN, MOST_MARGIN = 0.8, 0.2, 0.4
 """The loop with the observer is to keep this share of the disk margin that it has without, within these ends."""
 
+QUIETER = 0.9
+"""Share of the noisiest axis' noise below which an axis states its own."""
+
 LOOP_FROM_HZ, LEAST_LOOP, LOOP_BANDS, LOOP_OFF = 1.5, 0.3, 3, 0.5
 """Loops are compared from so many Hz on, where one is this large, in so many bands: by their distance, relative."""
 
@@ -47,11 +50,13 @@ def spec_text(
     if not axes:
         reasons = "; ".join(f"{axis}: {result.why}" for axis, result in found.axes.items())
         raise InputError(f"{found.source}: no axis is usable: {reasons}")
-    models = {axis: _model(found, axis) for axis in axes}
+    models, quieter = {axis: _model(found, axis) for axis in axes}, _quieter(surroundings)
     blocks = [
         line
         for axis, model in models.items()
-        for line in _block(axis, rigid(model, rate_hz), model.modes, controllers, surroundings.get(axis))
+        for line in _block(
+            axis, rigid(model, rate_hz), model.modes, controllers, surroundings.get(axis), quieter.get(axis)
+        )
     ]
     head = [*_head(found, controllers), *_design(rate_hz, delay_samples)]
     baseline = _parsed("\n".join([*head, *blocks]), found.source)
@@ -109,6 +114,13 @@ def _auto(
     yield ""
 
 
+def _quieter(surroundings: Mapping[str, Surroundings | None]) -> dict[str, float]:
+    """Gyro noise of each axis that has less than the noisiest, which [auto] states."""
+    noise = {axis: max(LEAST_NOISE, a.noise_rms.value) for axis, a in surroundings.items() if a is not None}
+    most = max(noise.values(), default=0.0)
+    return {axis: _round(value) for axis, value in noise.items() if value < QUIETER * most}
+
+
 def _corner(seen: Mapping[str, Surroundings]) -> str:
     shown = {axis: around.corner_hz for axis, around in seen.items() if around.shows_corner}
     if not shown:
@@ -119,13 +131,22 @@ def _corner(seen: Mapping[str, Surroundings]) -> str:
 
 
 def _block(
-    axis: str, model: AxisModel, modes: Sequence[Mode], controllers: Controllers, around: Surroundings | None
+    axis: str,
+    model: AxisModel,
+    modes: Sequence[Mode],
+    controllers: Controllers,
+    around: Surroundings | None,
+    quieter: float | None,
 ) -> Iterator[str]:
+    """`quieter`: gyro noise of this axis where [auto] states more."""
     yield from ("[[block]]", f'name = "{axis}"', f'axes = ["{axis}"]')
     if around is not None:
         rms = around.disturbance_rms.value
         limit = number(_round(min(max(LIMIT_OF_RMS * rms, LEAST_LIMIT), MOST_LIMIT)))
         yield f"largest_disturbance = {limit}   # {LIMIT_OF_RMS:g} times the rms of {rms:.2g} that was seen"
+    if quieter is not None:
+        yield "[block.auto]"
+        yield f"noise_rms = {number(quieter)}   # rad/s; measured"
     yield "[block.plant]"
     yield from comment("; ".join(_about(model)))
     for mode in modes:

@@ -76,6 +76,16 @@ def test_plants_controllers_bounds_and_weather_are_those_that_were_found():
     assert max(map(len, text.splitlines())) <= 120
 
 
+def test_each_axis_has_its_own_gyro_noise():
+    found = identified(roll=model(306.0), pitch=model(306.0), yaw=model(14.5))
+    seen = {
+        axis: Surroundings(noise_rms=about(noise), disturbance_rms=about(0.02), corner_hz=about(1.0), windows=9)
+        for axis, noise in (("roll", 0.14), ("pitch", 0.07), ("yaw", 1e-4))
+    }
+    spec = parse_spec(spec_text(found, by_parameters(copter(), found.usable), seen, TWO, 250.0))
+    assert [block.auto.noise_rms for block in spec.blocks] == pytest.approx([0.14, 0.07, 0.0005])
+
+
 def test_what_was_not_seen_is_assumed_and_says_so():
     found = identified(roll=model(306.0))
     wide = Surroundings(

@@ -16,8 +16,9 @@ from dob_companion.artifact import loads
 from tests.px4.steady import gain_at_rest
 
 ROOT = Path(__file__).parents[2]
-KEPT = 0.75
-"""Share of what the design promises, from its own matrices and before the flight, that is to be there."""
+SPARE = 1.15
+"""What may be left on, over what the design has promised of the disturbance before the flight and what is there in calm
+air, by the gyro's noise, together."""
 pytestmark = [
     pytest.mark.proof,
     pytest.mark.skipif("DOB_PX4" not in os.environ, reason="no PX4: DOB_PX4 is to be the path of bin/px4 of its build"),
@@ -101,8 +102,9 @@ def test_disturbances_are_rejected_in_flight(design, tmp_path):
     found = {(row["program"], row["axis"]): row for row in json.loads((tmp_path / "result.json").read_text())}
     at_rest = {block.name: gain_at_rest(block) for block in loads(design.read_text()).blocks}
     for row in filter(lambda row: row["promised"], found.values()):
-        assert row["not_done_off"] > KEPT * row["promised"] * row["not_done_on"], row
+        calm = found["calm", row["axis"]]["not_done_off"]
+        assert row["not_done_on"] < SPARE * np.hypot(row["not_done_off"] / row["promised"], calm), row
     for axis in ("roll", "pitch", "yaw"):
         step = found[f"step-{axis}", axis]
-        assert step["estimate_on"] == pytest.approx(step["true"] * at_rest[axis], rel=0.02)
+        assert step["estimate_on"] == pytest.approx(step["true"] * at_rest[axis], rel=0.03)
     assert not any("RAMP_OUT" in text for row in found.values() for text in row["said"])
