@@ -16,7 +16,7 @@ SPECS = {
     2: "tailsitter_tuned_2.toml",
     3: "tailsitter_tuned_3.toml",
 }
-"""By link delay, samples."""
+"""By link delay, samples; the linear axes and the nonlinear tail-sitter share their models."""
 
 GAINS = (0.7, 1.0, 1.3)
 

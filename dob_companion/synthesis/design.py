@@ -22,6 +22,7 @@ from dob_companion.errors import DobError, NotCertifiedError, NotConvergedError,
 from dob_companion.synthesis.certify.certificate import Claim, certify
 from dob_companion.synthesis.certify.reduction import certified_of_order
 from dob_companion.synthesis.numeric import numbers_judged
+from dob_companion.synthesis.optimal.exact import exact_optimum
 from dob_companion.synthesis.optimal.reached import WEATHER, attenuation_findings
 from dob_companion.synthesis.plant.minimal import HIDDEN, minimal
 from dob_companion.synthesis.plant.models import from_data, to_data, to_state_space, weight_to_state_space
@@ -266,7 +267,8 @@ def _certified(problem: Problem, backoff: float, largest_order: int | None) -> t
     if largest_order is None or observer.nstates <= largest_order:
         return observer, proof
     nearer = [minimal(candidate) for candidate in candidates(optimum, backoff)]  # they leave room for the reduction
-    return certified_of_order(problem, [observer, *nearer], claim, largest_order)
+    exact = lambda near: exact_optimum(problem, near, optimum.gamma_star)  # noqa: E731
+    return certified_of_order(problem, [observer, *nearer], claim, largest_order, exact)
 
 
 def _full_order(problem: Problem, optimum: Optimum, claim: Claim) -> tuple[Any, Certificate]:

@@ -5,15 +5,7 @@ from pathlib import Path
 
 from dob_companion.artifact import DobDesign, dumps
 from dob_companion.synthesis import design_from_toml
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
-SPECS = {
-    0: "tailsitter_tuned_0.toml",
-    1: "tailsitter_tuned.toml",
-    2: "tailsitter_tuned_2.toml",
-    3: "tailsitter_tuned_3.toml",
-}
-"""By link delay, samples; the linear axes and the nonlinear tail-sitter share their models."""
+from docs.shipped import EXAMPLES, SPECS
 
 
 @cache

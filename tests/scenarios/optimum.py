@@ -17,13 +17,13 @@ import numpy as np
 from dob_companion.artifact import DobDesign, dumps
 from dob_companion.comparison.shortfall import Shortfall, shortfall
 from dob_companion.synthesis import design, parse_spec
+from docs.shipped import EXAMPLES, SPECS
 from sitl.calibration import disturbance_scale
 from sitl.campaign.fleet import local
 from sitl.campaign.pilot import Job
 from sitl.campaign.plan import Inputs
 from sitl.constants import AXES
 from sitl.scenario.spec import load
-from tests.scenarios.designs import EXAMPLES, SPECS
 
 DELAYS = (0, 1, 2, 3)
 SEEDS = (1, 2, 3, 4, 5)

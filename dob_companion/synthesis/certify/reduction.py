@@ -11,8 +11,9 @@ them (D. F. Enns, Proc. 23rd IEEE CDC, 1984). The projection is orthogonal in th
 A_D is a contraction, so what is left of it is one too: the reduced observer is stable.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import control as ct
@@ -65,7 +66,9 @@ def projection(problem: Problem, observer: Any) -> Projection:
     return Projection(D, np.hstack([must, rest @ ranked[:, ::-1]]), least)
 
 
-def certified_of_order(problem: Problem, observers: Iterable[Any], claim: Claim, order: int) -> tuple[Any, Certificate]:
+def certified_of_order(
+    problem: Problem, observers: Iterable[Any], claim: Claim, order: int, exact: Callable[[Any], Any | None]
+) -> tuple[Any, Certificate]:
     """The best reduction of `observers` to `order` states, and its certificate, which gains
 
     reduced_from            order of the observer that was reduced
@@ -73,29 +76,38 @@ def certified_of_order(problem: Problem, observers: Iterable[Any], claim: Claim,
     reduction_error_floor   its Hankel singular value number order + 1: no stable system of that order is nearer
                             (K. Glover, Int. J. Control 39(6), 1984)
 
+    Where no projection is certified, which rounding may do, `exact` has the last word: from an observer to the
+    optimum itself, where that is known and has so few states.
+
     Raises NotCertifiedError with the measured gamma, and the smallest order that does, when none is certified.
     """
     full = [D for D in observers if D.nstates > order and spectral_radius(D.A) < 1.0]
     projections = [projection(problem, observer) for observer in full]
-    for observer, found in zip(full, projections, strict=True):
+    tries: list[Callable[[int], Any | None]] = [
+        lambda k: balanced(_of_order(projections[k], order)),
+        lambda k: found if (found := exact(full[k])) is not None and found.nstates <= order else None,
+    ]
+    for attempt, k in product(tries, range(len(full))):
         try:
-            reduced, proof = _attempt(problem, found, claim, order)
+            reduced = attempt(k)
+            if reduced is None:
+                continue
+            proof = certify(problem, reduced, claim)
         except NotCertifiedError:
             continue
         stated = {
-            "reduced_from": observer.nstates,
-            "reduction_error": hinf_norm(observer - reduced)[0],
-            "reduction_error_floor": float(_hankel_values(observer)[order]),
+            "reduced_from": full[k].nstates,
+            "reduction_error": hinf_norm(full[k] - reduced)[0],
+            "reduction_error_floor": float(_hankel_values(full[k])[reduced.nstates]),
         }
         return reduced, replace(proof, extra={**proof.extra, **stated})
     raise NotCertifiedError(_refusal(problem, projections, claim, order))
 
 
-def _attempt(problem: Problem, found: Projection, claim: Claim, order: int) -> tuple[Any, Certificate]:
+def _of_order(found: Projection, order: int) -> Any:
     if order < found.least:
         raise NotCertifiedError(f"command invariance needs {found.least} states")
-    reduced = balanced(found.of_order(order))
-    return reduced, certify(problem, reduced, claim)
+    return found.of_order(order)
 
 
 def _refusal(problem: Problem, projections: list[Projection], claim: Claim, order: int) -> str:
@@ -122,7 +134,7 @@ def _refusal(problem: Problem, projections: list[Projection], claim: Claim, orde
 def _any(problem: Problem, projections: list[Projection], claim: Claim, order: int) -> bool:
     for found in projections:
         try:
-            _attempt(problem, found, claim, min(order, len(found.basis)))
+            certify(problem, balanced(_of_order(found, min(order, len(found.basis)))), claim)
         except NotCertifiedError:
             continue
         return True

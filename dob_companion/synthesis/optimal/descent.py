@@ -31,13 +31,16 @@ FOLLOWED = 2
 """Of these the best are followed."""
 
 
-def descend(programme: Programme, x: Array, steps: int = STEPS) -> Solved | None:
-    """By a sequence of convex programmes within a trust region; None where x has no answer."""
+def descend(programme: Programme, x: Array, begun: Solved | None = None) -> Solved | None:
+    """By a sequence of convex programmes within a trust region; None where x has no answer. `begun`: known for x."""
+    if begun is not None:
+        programme.resume(begun)
     best, trust, small = programme.solve(x), FIRST_TRUST, 0
     if best is None:
         return None
-    for _ in range(steps):
+    for _ in range(STEPS):
         to = programme.step(best, trust)
+        programme.resume(best)
         found = programme.solve(to) if to is not None else None
         if found is None or found.value >= best.value:
             trust /= 4.0
@@ -67,11 +70,12 @@ def grown(programme: Programme, solved: Solved, most: int) -> Solved | None:
     poles = roots(solved.x, programme.radius)
     tried = []
     for added in _added(most - len(poles)):
+        programme.resume(solved)
         found = programme.solve(free(np.concatenate([poles, added]), programme.radius))
         if found:
             tried.append(found)
     tried.sort(key=lambda found: found.value)
-    ends = [descend(programme, found.x) for found in tried[:FOLLOWED]]
+    ends = [descend(programme, found.x, found) for found in tried[:FOLLOWED]]
     return min((each for each in ends if each), key=lambda each: each.value, default=None)
 
 

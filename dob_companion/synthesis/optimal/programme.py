@@ -4,6 +4,10 @@ F = z^k b(z) / a(z), deg b = deg a - k, is linear in b, and on the exact model a
 disk margin |S T_f - 1/2| <= 1/margin and a peak |F M| are disks at each angle, gyro noise in the correction is a norm,
 and 1 - (1 - z^-j) T, which must not circle the origin for a delay of j samples that nobody reports, stays right of it.
 
+Right of it is more than is needed: a line between it and the origin may stand at any slant, as long as the slants of
+all angles together do not turn once around. Where an F is known that keeps the limits, lines are set across its own
+values (`aim`). It keeps those lines, so that what is found with them is no worse; and they are set anew for that.
+
 The attitude error at other gains of the plant is not affine in F. It is linearized at the last F and solved again
 (Gauss and Newton), two to four times, until it does not change; the plant as modelled needs no linearization.
 
@@ -28,7 +32,12 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 ROOM = 0.02
-"""Distance that 1 - (1 - z^-j) T keeps from the imaginary axis."""
+"""Distance that 1 - (1 - z^-j) T keeps from the imaginary axis, and T_f where it is held to the right of it."""
+
+DELAY = "delay margin"
+
+Band = tuple[float, float]
+"""Angles from and to, rad per sample."""
 
 FIRST_WATCHED = 20
 """Angles at which every limit is watched from the beginning; others are added where it is broken."""
@@ -63,9 +72,16 @@ class Programme:
     """One axis, one weather, one set of limits."""
 
     def __init__(
-        self, on: Responses, order: int, spectrum: Spectrum, wanted: Wanted, factors: Factors | None = None
+        self,
+        on: Responses,
+        order: int,
+        spectrum: Spectrum,
+        wanted: Wanted,
+        factors: Factors | None = None,
+        right: tuple[Band, ...] = (),
     ) -> None:
-        """`order` is the plant's; `factors` are plants that must be stable as well."""
+        """`order` is the plant's; `factors` are plants that must be stable as well; in the bands `right` T_f stays
+        right of the imaginary axis, so that it has no zero outside the unit circle there."""
         self.on, self.spectrum, self.wanted, self.plant_order = on, spectrum, wanted, order
         self.radius = float(np.exp(-on.dt / wanted.slowest_s))
         self.z = np.exp(1j * on.angles)
@@ -75,7 +91,8 @@ class Programme:
         off = np.zeros_like(on.N)
         self._off = [attitude_rms(on, spectrum, wanted.noise_rms, off, gain) for gain in self._gains]
         self._factors, self._F = factors, off
-        self._fixed, self._turned = _limits(on, wanted), factors.limits(on, off) if factors else []
+        self._fixed, self._turned = _limits(on, wanted, right), factors.limits(on, off) if factors else []
+        self._aims = False
         every = max(1, len(on.angles) // FIRST_WATCHED)
         for limit in self._limits:
             limit.watched = np.arange(every // 2, len(on.angles), every, dtype=np.int64)
@@ -84,8 +101,25 @@ class Programme:
     def _limits(self) -> list[Limit]:
         return [*self._fixed, *self._turned]
 
+    def aim(self, F: Complex | None) -> None:
+        """Set the lines of the delay margin across an F's values, and from then on across each answer's; upright
+        again for None."""
+        self._aims = F is not None
+        if F is not None:
+            self._F = F
+        for limit in self._fixed:
+            limit.upright()
+
+    def resume(self, at: Solved) -> None:
+        """Aim at this answer again, after one that was not taken."""
+        if self._aims:
+            self._F = at.F
+
     def _turn(self, F: Complex) -> None:
-        """Lines between the uncertain plants and the origin, to suit an F."""
+        """Lines between values and the origin, to suit an F."""
+        for limit in self._fixed:
+            if self._aims and limit.name == DELAY:
+                limit.across(F)
         turned = self._factors.limits(self.on, F) if self._factors else []
         for new, old in zip(turned, self._turned, strict=True):
             new.watched = old.watched
@@ -115,7 +149,7 @@ class Programme:
     @property
     def _convex(self) -> bool:
         """Whether nothing is linearized, so that one round is enough."""
-        return len(self._gains) == 1 and self._factors is None
+        return len(self._gains) == 1 and self._factors is None and not self._aims
 
     def _basis(self, x: Array) -> Complex:
         """z^(k + j) / a, j = deg a - k … 0, at each angle."""
@@ -212,15 +246,16 @@ class _Watched:
 
     def __init__(self, limit: Limit, at: Complex, basis: Complex) -> None:
         here = limit.watched
-        self.limit, self.slope = limit, limit.slope[here, None] * basis[here]
-        self.offset = limit.offset[here] + limit.slope[here] * at[here]
+        slope = limit.slant[here] * limit.slope[here] if limit.half_plane else limit.slope[here]
+        self.limit, self.slope = limit, slope[:, None] * basis[here]
+        self.offset = (limit.slant[here] if limit.half_plane else 1.0) * limit.offset[here] + slope * at[here]
         self.around: tuple[Complex, Complex] | None = None
         if limit.around:
             radius, grows = limit.around[0][here], limit.around[1][here]
             self.around = radius + grows * at[here], grows[:, None] * basis[here]
 
 
-def _limits(on: Responses, wanted: Wanted) -> list[Limit]:
+def _limits(on: Responses, wanted: Wanted, right: tuple[Band, ...]) -> list[Limit]:
     S = on.S
     forward = on.late * on.N
     limits = [Limit("disk margin", S - 0.5, -S * forward, 1.0 / wanted.disk_margin)]
@@ -228,7 +263,10 @@ def _limits(on: Responses, wanted: Wanted) -> list[Limit]:
         limits.append(Limit("peak of the noise", np.zeros_like(S), on.M, wanted.peak))
     for half in range(2, 2 * wanted.delay_margin + 1):  # half samples between: a delay need not be whole
         late = np.exp(-0.5j * half * on.angles)
-        limits.append(Limit("delay margin", np.ones_like(S), -(1.0 - late) * forward, ROOM, half_plane=True))
+        limits.append(Limit(DELAY, np.ones_like(S), -(1.0 - late) * forward, ROOM, half_plane=True))
+    if right:
+        inside = np.any([(low <= on.angles) & (on.angles <= high) for low, high in right], axis=0)
+        limits.append(Limit("zeros of T_f", np.ones_like(S), -1.0 * inside * forward, ROOM, half_plane=True))
     return limits
 
 

@@ -42,11 +42,16 @@ class Weights:
 
 
 def realized(axis: Axis, x: Array, radius: float, b: Array) -> Any:
-    """D(z) = b [m, -n] / a, inputs [y_n; u_e], output d_hat, output normal."""
-    A, C = all_pass(sections(x, radius))
+    """D(z) = b [m, -n] / a, inputs [y_n; u_e], output d_hat, output normal; a by its free numbers (`poles`)."""
+    return realized_of(axis, sections(x, radius), b)
+
+
+def realized_of(axis: Axis, parts: list[Array], b: Array) -> Any:
+    """The same with a as monic polynomials of degree 1 or 2."""
+    A, C = all_pass(parts)
     n, count = len(A), 8 * len(A) + 8
     z = np.exp(1j * np.pi * (np.arange(count) + 0.5) / count)
-    a = np.prod([np.polyval(section, z) for section in sections(x, radius)], axis=0)
+    a = np.prod([np.polyval(part, z) for part in parts], axis=0)
     D = np.array([b[0], 0.0])
     seen = np.stack([np.polyval(b, z) * np.polyval(axis.m, z), -np.polyval(b, z) * np.polyval(axis.n, z)], axis=1)
     wanted = seen / a[:, None] - D
@@ -100,15 +105,15 @@ def weights(axis: Axis, observer: Any) -> Weights | None:
     size = R + B.T @ X @ B
     K = np.linalg.solve(size, B.T @ X @ A + c**2 * D.T @ C)
     zeros = np.linalg.eigvals(A - B @ K)
-    poles = _left_zeros(observer, axis.delay)
+    poles = left_zeros(observer, axis.delay)
     if np.max(np.abs(poles)) >= 1.0:
         return None
     gain = float(np.sqrt(-size[0, 0]))
     return Weights(Zpk(_roots(np.concatenate([zeros, np.zeros(axis.delay)])), _roots(poles), gain), Zpk((), (), c))
 
 
-def _left_zeros(observer: Any, delay: int) -> Complex:
-    """Zeros of T_f = 1 + z^-τ D_u: poles of the loop that it closes."""
+def left_zeros(observer: Any, delay: int) -> Complex:
+    """Zeros of T_f = 1 + z^-τ D_u of an observer: poles of the loop that it closes."""
     A, B, C = observer.A, observer.B[:, 1:], observer.C
     if delay == 0:
         return np.asarray(np.linalg.eigvals(A - B @ C))

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from dob_companion.synthesis.optimal.descent import descend, grown, started
 from dob_companion.synthesis.optimal.factors import Factors
 from dob_companion.synthesis.optimal.problem import Axis, Responses, Spectrum, Wanted, grid, responses
-from dob_companion.synthesis.optimal.programme import Programme, Solved
-from dob_companion.synthesis.optimal.realization import realized
+from dob_companion.synthesis.optimal.programme import Band, Programme, Solved
+from dob_companion.synthesis.optimal.realization import left_zeros, realized
 
 Array = NDArray[np.float64]
 
@@ -25,6 +25,13 @@ weights of more are of an order that the LMI takes long for."""
 
 WORTH = 1.001
 """An order is raised only when this much is gained: fewer states are easier to trust."""
+
+
+SHARP, AROUND = 0.9, np.geomspace(1.0 / 1.15, 1.15, 80)
+"""Modes from this radius on get angles of their own, at these multiples of theirs."""
+
+ASIDE, BROAD = 4, 1.2
+"""Times that T_f is held to the right of the origin around its zeros, and how far to either side of them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,13 +73,15 @@ class Search:
 
     def __init__(self, axis: Axis, spectrum: Spectrum, order: int = ORDER) -> None:
         self.axis, self.spectrum, self.order = axis, spectrum, order
-        self.on: Responses = responses(axis, grid())
+        self.on: Responses = responses(axis, np.union1d(grid(), _around_modes(axis)))
         self.factors: Factors | None = None
         """Uncertain plants that must be stable too, on the angles of `on`."""
+        self.right: tuple[Band, ...] = ()
+        """Where T_f stays right of the imaginary axis (`weighable`)."""
 
     def programme(self, wanted: Wanted) -> Programme:
         """For one set of limits."""
-        return Programme(self.on, self.axis.order, self.spectrum, wanted, self.factors)
+        return Programme(self.on, self.axis.order, self.spectrum, wanted, self.factors, self.right)
 
     def best(self, wanted: Wanted) -> Found | None:
         """From generic poles, growing; None where nothing keeps the limits."""
@@ -86,7 +95,7 @@ class Search:
             if more is None or more.value * WORTH > best.value:
                 break
             best = more
-        return Found(wanted, best, programme.radius) if best else None
+        return Found(wanted, _aimed(programme, best), programme.radius) if best else None
 
     def quick(self, wanted: Wanted) -> Found | None:
         """From generic poles, as few as do; None where nothing keeps the limits."""
@@ -113,15 +122,55 @@ class Search:
         """The best for slightly other limits, from the poles of one found."""
         return self._from([found], wanted)
 
+    def weighable(self, found: Found) -> Found | None:
+        """The same when it is the optimum of weights, otherwise the best near it that is; None where none is found.
+
+        A sharp mode may draw T_f around the origin, so that it has zeros outside the unit circle and no stable W_d has
+        its poles there. From here on T_f stays to the right around their angles, for all that is searched.
+        """
+        for _ in range(ASIDE):
+            zeros = left_zeros(found.observer(self.axis), self.axis.delay)
+            outside = np.unique(np.abs(np.angle(zeros[np.abs(zeros) >= 1.0])))
+            if not len(outside):
+                return found
+            self.right += tuple((angle / BROAD, angle * BROAD) for angle in outside.tolist())
+            tried = [self.nearby(found, found.wanted), self.best(found.wanted)]
+            nearby = min((each for each in tried if each), key=lambda each: each.solved.value, default=None)
+            if nearby is None:
+                return None
+            found = nearby
+        return None
+
     def _from(self, others: Sequence[Found], wanted: Wanted, below: float = np.inf) -> Found | None:
         """The best descent from the poles of others; None where none begins below a value."""
         programme = self.programme(wanted)
-        begun = [programme.solve(each.solved.x) for each in others]
+        begun = [_begun(programme, each, aims=True) for each in others]
+        if not any(begun):  # what suits a looser one's F may leave nothing
+            begun = [_begun(programme, each, aims=False) for each in others]
         best = min((each for each in begun if each), key=lambda each: each.value, default=None)
         if best is None or best.value >= below:
             return None
-        end = descend(programme, best.x)
-        return Found(wanted, end if end and end.value <= best.value else best, programme.radius)
+        return Found(wanted, _aimed(programme, best), programme.radius)
+
+
+def _begun(programme: Programme, found: Found, *, aims: bool) -> Solved | None:
+    programme.aim(found.solved.F if aims else None)
+    return programme.solve(found.solved.x)
+
+
+def _aimed(programme: Programme, best: Solved) -> Solved:
+    """A descent from there with the delay margin's lines set anew at each answer; never worse."""
+    programme.aim(best.F)
+    end = descend(programme, best.x)
+    return end if end and end.value <= best.value else best
+
+
+def _around_modes(axis: Axis) -> Array:
+    """Angles at the plant's resonances and between them, where a grid may have none."""
+    roots = np.concatenate([np.roots(axis.m), np.roots(axis.n)])
+    sharp = roots[(np.abs(roots) > SHARP) & (roots.imag > 0.0)]
+    around = np.concatenate([np.zeros(0), *(np.angle(root) * AROUND for root in sharp)])
+    return around[around < np.pi]
 
 
 def _strictest_first(rows: Iterable[int], wanted: Sequence[Wanted]) -> list[int]:

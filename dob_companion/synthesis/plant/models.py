@@ -22,6 +22,9 @@ from dob_companion.synthesis.spec.parse import Entries, Matrices, Model, Polynom
 
 Array = NDArray[np.float64]
 
+UNEVEN = 1e3
+"""Entry of a discrete A at most; in good coordinates they are of the order of 1."""
+
 
 def to_state_space(model: Model, dt: float, shape: tuple[int, int] | None = None) -> Any:
     """Discrete python-control StateSpace of a model; `shape` (outputs, inputs) is checked when given.
@@ -89,7 +92,8 @@ def discretize(system: Any, dt: float, method: str, delay_s: float = 0.0) -> Any
     With "zoh" every input may act `delay_s` late; the delay's states come after those of the system.
 
     On the way the states are scaled by powers of two, which rounds nothing: without it the matrix exponential of a
-    companion form of order 8 keeps four digits.
+    companion form of order 8 keeps four digits. They stay scaled where the entries of A would otherwise exceed
+    UNEVEN, with which no loop around the system could be measured.
     """
     if system.nstates == 0 and not delay_s:
         return ct.ss([], [], [], system.D, dt)
@@ -100,6 +104,8 @@ def discretize(system: Any, dt: float, method: str, delay_s: float = 0.0) -> Any
     even = ct.ss(system.A * unit / unit[:, None], system.B / unit[:, None], system.C * unit, system.D, system.dt)
     d = held_back(even, dt, delay_s) if delay_s else ct.sample_system(even, dt, method=method)
     unit = np.concatenate([unit, np.ones(d.nstates - len(unit))])
+    if np.max(np.abs(d.A * unit[:, None] / unit)) > UNEVEN:
+        return d
     return ct.ss(d.A * unit[:, None] / unit, d.B * unit[:, None], d.C / unit, d.D, dt)
 
 

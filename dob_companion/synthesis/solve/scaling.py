@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from dob_companion.lti.gramian import gramian_root
+from dob_companion.lti.response import spectral_radius
 from dob_companion.synthesis.norms.hinf import hinf_norm
 from dob_companion.synthesis.plant.estimation import EstimationProblem
 
@@ -28,6 +30,12 @@ PASSES = 6
 
 ADDED = 1e-12
 """Noise added to the measurements, as a share of all of theirs in power, so that the filter exists."""
+
+UNEVEN = 100.0
+"""Entry of A at most after scaling by the first samples; in good coordinates they are of the order of 1."""
+
+STEADY, FORGETS = 0.99999, 1.02
+"""Spectral radius from which on there is no long run, and how much faster than it the window forgets."""
 
 WHITE = 0.9
 """Least error direction as a share of the largest, from which on the error counts as white."""
@@ -82,7 +90,11 @@ def _steps(problem: EstimationProblem, first: tuple[Array, Array], floor: float)
 
 
 def rough_scaling(problem: EstimationProblem) -> tuple[Array, Array]:
-    """Diagonal scaling by the size that w = 1 gives states and measurements within a few samples, from rest."""
+    """Diagonal scaling by the size that w = 1 gives states and measurements within a few samples, from rest.
+
+    Resonances take longer to show how large states become: where entries of A would exceed UNEVEN, their size in the
+    long run counts (with modes on the unit circle: seen through a window that forgets).
+    """
     A, B = problem.A, problem.B
     size = np.zeros(len(A))
     for k in range(3 + len(A)):
@@ -90,6 +102,9 @@ def rough_scaling(problem: EstimationProblem) -> tuple[Array, Array]:
             break
         size = np.linalg.norm(np.hstack([A * size, B]), axis=1)
     size = _or_one(size)
+    if np.max(np.abs(A * size / size[:, None]), initial=0.0) > UNEVEN:
+        radius = spectral_radius(A)
+        size = _or_one(np.linalg.norm(gramian_root(A if radius < STEADY else A / (FORGETS * radius), B), axis=1))
     seen = _or_one(np.linalg.norm(np.hstack([problem.C * size, problem.D21]), axis=1))
     return np.diag(size), np.diag(1.0 / seen)
 

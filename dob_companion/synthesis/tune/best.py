@@ -49,6 +49,13 @@ HELPS = 1.001
 """Attenuation from which on an observer is worth its states."""
 
 
+NO_WEIGHTS = (
+    "observers within the limits were found, but none with weights of its own: what is left of a disturbance, "
+    "1 - z^-τ Q, has zeros outside the unit circle (a sharp mode close to the band, as a rule); ask for less noise in "
+    "the correction, so that the observer does less there"
+)
+
+
 class _Choice:
     """One block on its way."""
 
@@ -111,7 +118,7 @@ class _Choice:
             found,
             disk_margin=proof.disk_margin,
             slowest_s=proof.slowest_mode_s,
-            delay_margin=float(np.clip(found.delay_margin, least, least + 1)),
+            delay_margin=float(np.clip(found.delay_margin, least, least + 0.999)),
         )
 
     def others(self) -> list[Limits]:
@@ -136,14 +143,18 @@ class _Choice:
         first = self.search.best(self.wanted(self.asked, slack))
         if first is None or first.solved.value * HELPS > 1.0:
             raise UnsolvableError(self.refusal())
+        first = self.search.weighable(first)
+        if first is None:
+            raise UnsolvableError(NO_WEIGHTS)
         limits = [*self.others(), *self.quieter(first)]
         best, *found = self.search.front(first, [self.wanted(each, slack) for each in limits])
+        best = self.search.weighable(best or first) or first
         rows = []
         for asked, each in zip(limits, found, strict=True):
             m = self.measured(each.observer(self.axis)) if each else None
             if m is not None and m.attenuation > HELPS:
                 rows.append(Row(asked, m, self.limit(asked)))
-        return best or first, tuple(sorted(rows, key=lambda row: (row.asked.disk_margin, row.asked.noise)))
+        return best, tuple(sorted(rows, key=lambda row: (row.asked.disk_margin, row.asked.noise)))
 
     def limit(self, asked: Limits) -> float | None:
         """No observer of any order attenuates more within these limits."""
@@ -176,8 +187,9 @@ class _Choice:
                 chosen = self.proved(block)
                 if self.asked.excess(chosen) == 0.0 and self._is_quiet(block):
                     return found, block, chosen
+                trouble = UnsolvableError(_missed(chosen))
                 break
-        raise trouble or UnsolvableError(self.refusal())
+        raise trouble or UnsolvableError(NO_WEIGHTS)
 
     def _orders(self, own: int) -> list[int | None]:
         """Largest orders to reduce to: the optimum's own, a few more where rounding spoils that, as it may for a
@@ -221,6 +233,13 @@ class _Choice:
             if found is not None and found.solved.value * HELPS <= 1.0:
                 ways.append(f"{name} (attenuation {1.0 / found.solved.value:.3g} without it)")
         return f"{wish}; in the way: {' or '.join(ways) or 'more than one of them'}"
+
+
+def _missed(m: Measured) -> str:
+    return (
+        "the best observer found does not keep the limits once it is certified, with disk margin "
+        f"{m.disk_margin:.4g}, delay margin {m.delay_margin:.3g}, noise {m.noise:.4g}, slowest mode {m.slowest_s:.3g} s"
+    )
 
 
 def analysed(uncertainty: Uncertainty | None) -> Uncertainty | None:

@@ -136,7 +136,7 @@ class _Choice:
             found,
             disk_margin=proof.disk_margin,
             slowest_s=proof.slowest_mode_s,
-            delay_margin=float(np.clip(found.delay_margin, least, least + 1)),
+            delay_margin=float(np.clip(found.delay_margin, least, least + 0.999)),
         )
 
     def rows(self, poles: tuple[Any, ...]) -> tuple[Line, ...]:

@@ -1,22 +1,18 @@
 """The shipped tuned axes, as the programmes take them."""
 
-from pathlib import Path
-
 from dob_companion.comparison.flight import DISTURBANCE_HZ, NOISE_SIGMA, PEAKS_OFF, make_weather
 from dob_companion.comparison.vehicle import ATTITUDE_GAIN, Vehicle
 from dob_companion.synthesis import parse_spec
 from dob_companion.synthesis.optimal.problem import Axis, Spectrum
 from dob_companion.synthesis.plant.models import to_state_space
 from dob_companion.synthesis.spec.spectrum import LowPass
+from docs.shipped import EXAMPLES, SPECS
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
-TUNED = {0: "tailsitter_tuned_0.toml", 1: "tailsitter_tuned.toml", 2: "tailsitter_tuned_2.toml"}
-TUNED[3] = "tailsitter_tuned_3.toml"
 NOISE = NOISE_SIGMA
 
 
 def block_of(name, delay=1):
-    spec = parse_spec((EXAMPLES / TUNED[delay]).read_text(encoding="utf-8"))
+    spec = parse_spec((EXAMPLES / SPECS[delay]).read_text(encoding="utf-8"))
     return next(block for block in spec.blocks if block.name == name)
 
 

@@ -12,13 +12,13 @@ from dob_companion.synthesis import design_from_toml
 from dob_companion.synthesis.optimal.problem import Axis, Spectrum, attenuation, grid, responses
 from dob_companion.synthesis.plant.models import from_data
 from dob_companion.synthesis.spec.spectrum import Band, Dryden, LowPass, Measured
-from tests.synthesis.optimal.axes import EXAMPLES, NOISE, TUNED, axis_of, vehicle_of, weather_of
+from tests.synthesis.optimal.axes import EXAMPLES, NOISE, SPECS, axis_of, vehicle_of, weather_of
 
 
 @pytest.fixture(scope="module")
 def shipped():
     """The shipped observers of one sample of delay."""
-    design = design_from_toml((EXAMPLES / TUNED[1]).read_text(encoding="utf-8"))
+    design = design_from_toml((EXAMPLES / SPECS[1]).read_text(encoding="utf-8"))
     return {block.name: from_data(block.observer, design.dt) for block in design.blocks}
 
 

@@ -12,9 +12,10 @@ from dob_companion.synthesis import synthesize, zpk
 from dob_companion.synthesis.certify.certificate import Claim, certify
 from dob_companion.synthesis.norms.hinf import hinf_norm
 from dob_companion.synthesis.optimal.descent import descend
+from dob_companion.synthesis.optimal.limits import Limit
 from dob_companion.synthesis.optimal.poles import free, monic, roots
 from dob_companion.synthesis.optimal.problem import Wanted, attenuation
-from dob_companion.synthesis.optimal.realization import all_pass, weights
+from dob_companion.synthesis.optimal.realization import all_pass, realized, weights
 from dob_companion.synthesis.optimal.search import Search
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.solve.optimum import find_optimum
@@ -98,6 +99,30 @@ def test_a_descent_never_goes_up_and_ends_where_a_step_to_any_side_is_worse():
     for i in range(4):
         for side in (-0.05, 0.05):
             assert programme.solve(end.x + side * np.eye(4)[i]).value > end.value * (1.0 - 1e-4)
+
+
+def test_lines_turned_to_suit_an_observer_lose_nothing_and_the_loop_bears_the_delay():
+    """Pitch without a link, where upright lines of the delay margin cost most."""
+    search = search_of("pitch", 4, delay=0)
+    wanted = replace(wanted_of("pitch", gains=()), disk_margin=0.403)
+    programme = search.programme(wanted)
+    upright = descend(programme, free(np.array([0.5, 0.6, 0.7, 0.8], complex), programme.radius))
+    programme.aim(upright.F)
+    assert programme.solve(upright.x).value <= upright.value * (1.0 + 1e-6)
+    turned = descend(programme, upright.x)
+    assert turned.value < 0.997 * upright.value
+    observer = realized(search.axis, turned.x, programme.radius, turned.b)
+    loops = (close(vehicle_of("pitch", 0), observer, attitude=False, unseen=k) for k in (0, 1, 2))
+    assert max(spectral_radius(loop.A[:-1, :-1]) for loop in loops) < 1.0
+
+
+def test_lines_stay_upright_for_values_that_go_around_the_origin():
+    angles = np.linspace(0.0, np.pi, 200)
+    limit = Limit("any", np.zeros(200, complex), np.ones(200, complex), 0.02, half_plane=True)
+    limit.across(np.exp(1j * np.sin(angles)))
+    assert np.allclose(limit.slant, np.exp(-1j * np.sin(angles)))
+    limit.across(np.exp(2j * angles))
+    assert np.all(limit.slant == 1.0)
 
 
 def test_for_given_poles_no_other_numerator_within_the_limits_is_better(pitch):

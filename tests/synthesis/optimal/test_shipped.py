@@ -1,22 +1,19 @@
 """The shipped tuned specs: near what any observer reaches, not below those that they replaced, made again by --auto."""
 
+import numpy as np
 import pytest
 
 from dob_companion.comparison.flight import expect
 from dob_companion.comparison.vehicle import close
-from dob_companion.synthesis import design_from_toml, parse_spec
+from dob_companion.synthesis import design, design_from_toml, parse_spec
 from dob_companion.synthesis.plant.models import from_data
 from dob_companion.synthesis.tune.tuning import Task, designed_and_tuned
 from docs.shipped import BEFORE, attenuations
 from docs.tuned import Case
-from tests.synthesis.optimal.axes import EXAMPLES, TUNED, block_of, vehicle_of
+from tests.synthesis.optimal.axes import EXAMPLES, SPECS, block_of, vehicle_of
 
-SHARE = {(axis, delay): 0.92 if axis == "roll" else 0.94 for axis in ("pitch", "roll", "yaw") for delay in TUNED}
-SHARE["pitch", 0] = 0.93  # two samples of delay margin, which the bound leaves out, cost most without a link
+SHARE = {(axis, delay): 0.92 if axis == "roll" else 0.94 for axis in ("pitch", "roll", "yaw") for delay in SPECS}
 """Of the bound for any observer, at least, the plant as modelled."""
-
-SLACK = {("pitch", 0): 0.985}
-"""Of the searched weights' attenuation that is reached everywhere, where it is less than 0.99."""
 
 PEAKS = {"pitch": 12.0, "roll": 7.5, "yaw": 6.0}
 """Peak off / on that the paper reports."""
@@ -31,7 +28,7 @@ def shipped():
 
     def of(delay):
         if delay not in found:
-            found[delay] = design_from_toml((EXAMPLES / TUNED[delay]).read_text("utf-8"), TUNED[delay])
+            found[delay] = design_from_toml((EXAMPLES / SPECS[delay]).read_text("utf-8"), SPECS[delay])
         return found[delay]
 
     return of
@@ -53,12 +50,11 @@ def test_they_reach_nearly_what_any_observer_can_and_keep_their_limits(shipped, 
 
 @every_delay
 def test_nowhere_are_they_below_the_weights_that_they_replaced(shipped, delay):
-    design = shipped(delay)
-    for block in design.blocks:
-        now = attenuations(block, design.dt, block_of(block.name, delay).auto.disturbance_rms)
-        slack = SLACK.get((block.name, delay), 0.99)
+    found_for = shipped(delay)
+    for block in found_for.blocks:
+        now = attenuations(block, found_for.dt, block_of(block.name, delay).auto.disturbance_rms)
         for found, before in zip(now, BEFORE[block.name, delay], strict=True):
-            assert found >= slack * before, (block.name, now)
+            assert found >= 0.99 * before, (block.name, now)
 
 
 @pytest.mark.proof
@@ -68,11 +64,14 @@ def test_with_a_sample_of_link_they_reach_the_papers_peaks_on_every_linear_axis(
 
 
 @pytest.mark.proof
-@pytest.mark.parametrize("delay", TUNED)
-def test_their_weights_are_those_that_auto_finds_for_what_they_ask(delay):
-    spec = parse_spec((EXAMPLES / TUNED[delay]).read_text("utf-8"))
-    for block in spec.blocks:
-        _, tuning = designed_and_tuned(Task(block, spec.dt, block.auto))
-        stated = block.disturbance.common.form
-        assert tuning.disturbance.poles == pytest.approx(stated.poles, abs=1e-6)
-        assert tuning.disturbance.gain == pytest.approx(stated.gain, rel=1e-6)
+@pytest.mark.parametrize("delay", SPECS)
+def test_auto_finds_what_they_ask_no_worse_than_they_have_it(delay):
+    """Their weights are those that it found when they were made; what it has learned since is worth a percent."""
+    spec = parse_spec((EXAMPLES / SPECS[delay]).read_text("utf-8"))
+    for block, shipped in zip(spec.blocks, design(spec).blocks, strict=True):
+        again, _ = designed_and_tuned(Task(block, spec.dt, block.auto))
+        mean = [
+            np.mean(np.square(1.0 / np.array(attenuations(each, spec.dt, block.auto.disturbance_rms)[:3]))) ** -0.5
+            for each in (again, shipped)
+        ]
+        assert 0.999 < mean[0] / mean[1] < 1.015, (block.name, mean)
