@@ -26,20 +26,28 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("directory", type=Path, metavar="DIR", help="what `design -o DIR` has left")
     parser.add_argument("-o", "--out", type=Path, metavar="DIR", help="where the results go (DIR/rehearsal)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of disturbance and noise (%(default)s)")
+    parser.add_argument(
+        "--script",
+        action="store_true",
+        help="moments as ArduPilot's script reads them, which is the rule where `identify` found an ArduPilot",
+    )
     parser.add_argument("--json", action="store_true", help="print rehearsal.json instead of the table")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Fly, write, print the table. Raises FlightFailedError when an aircraft fails, with all files written."""
-    found, words, wrong = rehearse_into(args.directory, args.out or args.directory / "rehearsal", args.seed)
+    out = args.out or args.directory / "rehearsal"
+    found, words, wrong = rehearse_into(args.directory, out, args.seed, script=args.script)
     print(json.dumps(found) if args.json else words)
     if wrong:
         raise FlightFailedError(wrong)
     return 0
 
 
-def rehearse_into(directory: Path, out: Path, seed: int = 1) -> tuple[dict[str, Any], str, str]:
+def rehearse_into(
+    directory: Path, out: Path, seed: int = 1, *, script: bool = False
+) -> tuple[dict[str, Any], str, str]:
     """Fly the design in `directory` and write the results. Returns rehearsal.json's content, the table, and what went
     wrong, "" for nothing."""
     from dob_companion.cli.console import progress
@@ -49,7 +57,7 @@ def rehearse_into(directory: Path, out: Path, seed: int = 1) -> tuple[dict[str, 
     from dob_companion.report.trace import FlightTrace
 
     signal.signal(signal.SIGTERM, _leave)
-    rehearsal = Rehearsal(directory=directory, out=out, seed=seed)
+    rehearsal = Rehearsal(directory=directory, out=out, seed=seed, script=script)
     require_place(out)
     try:
         design, outcomes = rehearse(rehearsal, progress)

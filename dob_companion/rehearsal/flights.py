@@ -33,20 +33,21 @@ FILES = ("aircraft.json", "result.json", "flight.npz", "vehicle.log", "companion
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rehearsal:
-    """Where design.json and perhaps spec.toml and identification.json lie, where results go, and the seed of
-    disturbance and noise."""
+    """Where design.json and perhaps spec.toml and identification.json lie, where results go, the seed of disturbance
+    and noise, and whether ArduPilot's script is to report the moments whatever identification.json says."""
 
     directory: Path
     out: Path
     seed: int = 1
+    script: bool = False
 
     @property
-    def script(self) -> bool:
-        """Whether the aircraft that was identified is ArduPilot's, whose script reports moments late and now and then.
-        Raises InputError for an identification.json that is none."""
+    def scripted(self) -> bool:
+        """Whether a script reports moments late and now and then: asked for, or ArduPilot was identified. Raises
+        InputError for an identification.json that is none."""
         path = self.directory / "identification.json"
-        if not path.exists():
-            return False
+        if self.script or not path.exists():
+            return self.script
         try:
             return bool(json.loads(read_text(path)).get("make") == ARDUPILOT)
         except (ValueError, AttributeError):
@@ -110,7 +111,7 @@ def _prepared(rehearsal: Rehearsal, member: Member, scenario: Path, delay: int, 
         aircraft=out / "aircraft.json",
         ports=ports,
         drawn=False,
-        script=rehearsal.script,
+        script=rehearsal.scripted,
     )
 
 

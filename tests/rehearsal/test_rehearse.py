@@ -69,7 +69,8 @@ def test_the_page_has_every_aircraft_and_the_flight_of_the_model(flown):
 def test_an_ardupilot_that_was_identified_is_rehearsed_with_its_script(tmp_path, make, script):
     if make is not None:
         (tmp_path / "identification.json").write_text(json.dumps({"make": make}))
-    assert Rehearsal(directory=tmp_path, out=tmp_path / "out").script is script
+    assert Rehearsal(directory=tmp_path, out=tmp_path / "out").scripted is script
+    assert Rehearsal(directory=tmp_path, out=tmp_path / "out", script=True).scripted
 
 
 @pytest.mark.parametrize(("content", "words"), [(None, "design.json"), ("{", "design.json: not JSON")])
