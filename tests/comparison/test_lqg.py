@@ -129,12 +129,10 @@ def test_at_the_price_of_the_papers_weights_more_is_to_be_had(designs):
     assert "RMS attitude error 62 % above the best at its price" in shortfall_table(found)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("name", "delay", "least"),
-    [
-        ("tuned", 1, 16.9),
-        *(pytest.param(*more, marks=pytest.mark.proof) for more in (("tuned_2", 2, 12.7), ("tuned_3", 3, 9.9))),
-    ],
+    [("tuned", 1, 16.9), ("tuned_2", 2, 12.7), ("tuned_3", 3, 9.9)],
 )
 def test_the_tuned_examples_stand_as_near_to_the_best_at_their_price_as_documented(name, delay, least):
     design = design_from_toml((EXAMPLES / f"tailsitter_{name}.toml").read_text(encoding="utf-8"))

@@ -296,12 +296,13 @@ def test_a_recording_without_a_vehicle_has_no_page(tmp_path):
 
 def test_the_page_of_a_design_is_the_one_that_design_writes(capsys, tmp_path):
     from dob_companion.artifact import dumps
-    from tests.report.material import design_html, paper_design
+    from tests.report.material import design_page, one_block
 
     path = tmp_path / "design.json"
-    path.write_text(dumps(paper_design())[0], encoding="utf-8")
+    text, sealed = dumps(one_block())
+    path.write_text(text, encoding="utf-8")
     assert run(capsys, "report", path, "-o", tmp_path / "design.html")[0] == 0
-    assert (tmp_path / "design.html").read_text(encoding="utf-8") == design_html()
+    assert (tmp_path / "design.html").read_text(encoding="utf-8") == design_page(sealed)
 
 
 def test_the_figures_answer_in_a_browser(chromium, flight, tmp_path):  # noqa: F811

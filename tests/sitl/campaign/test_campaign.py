@@ -63,6 +63,7 @@ def test_a_flight_replays_to_the_same_numbers_by_the_pages_own_command(flown, tm
         assert np.abs(flight["correction"][on, 1]).max() == worst["max_correction_pitch"]
 
 
+@pytest.mark.proof
 def test_killed_and_started_again_it_flies_only_what_is_missing_and_ends_the_same(design, short, flown, tmp_path):
     whole, _, _ = flown
     out = tmp_path / "dir"
