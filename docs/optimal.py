@@ -122,7 +122,7 @@ def responses_figure(case: Case, to: Path) -> None:
     axes.axhline(20.0 * np.log10(level), color=COLOURS["bound"], ls="--", label="most that the disk margin leaves")
     axes.set_xlim(0.05, 125.0)
     axes.set_ylim(-60.0, 15.0)
-    axes.legend(loc="upper left")
+    axes.legend(loc="center left", bbox_to_anchor=(0.0, 0.68))
     save(to)
 
 
