@@ -9,6 +9,7 @@ import contextlib
 import math
 import os
 import shutil
+import socket
 import subprocess
 import threading
 import time
@@ -33,6 +34,8 @@ PARAMETERS = {
 SENSE = {0: 160.0, 1: 160.0, 2: 13.33}
 """Angular acceleration, rad/s², when every motor is moved by all of its range in the sense of an axis: SIH_T_MAX 5 N,
 SIH_L_ROLL and _PITCH 0.2 m, SIH_Q_MAX 0.1 Nm, SIH_IXX and _IYY 0.025, SIH_IZZ 0.03 kg m², four motors."""
+SERVER = Path("/tmp/px4-sock-0")
+"""Of PX4's instance 0, where its shell knocks."""
 AUTO, LOITER, TAKEOFF = 4, 3, 2
 AUX1 = 1 << 2
 """The extension of MANUAL_CONTROL that is AUX 1."""
@@ -70,6 +73,16 @@ class Sih:
             self.shell("mc_rate_control", "start", "vtol")
 
 
+def forget_the_dead(path: Path = SERVER) -> None:
+    """Remove the socket of a PX4 that did not end in good order; one that lives keeps it."""
+    if path.exists():
+        with socket.socket(socket.AF_UNIX) as knocks:
+            try:
+                knocks.connect(str(path))
+            except ConnectionRefusedError:
+                path.unlink()
+
+
 @contextlib.contextmanager
 def sih(program: Path, directory: Path, **more: float) -> Iterator[Sih]:
     """A quadrotor in `directory`, its log there as simulator.log. `more` are further parameters."""
@@ -77,6 +90,7 @@ def sih(program: Path, directory: Path, **more: float) -> Iterator[Sih]:
     (directory / "vehicle").mkdir(parents=True)
     settings = {f"PX4_PARAM_{name}": f"{value:g}" for name, value in (PARAMETERS | more).items()}
     settings |= {"PX4_SYS_AUTOSTART": "10040", "PX4_SIM_MODEL": "sihsim_quadx"}
+    forget_the_dead()
     command = [program, "-d", "-w", directory / "vehicle", program.parents[1] / "etc"]
     with (directory / "simulator.log").open("w") as log:
         process = subprocess.Popen(
@@ -93,7 +107,10 @@ def sih(program: Path, directory: Path, **more: float) -> Iterator[Sih]:
             yield running
         finally:
             process.terminate()
-            process.wait(10)
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
 
 
 class Px4Ground(Ground):

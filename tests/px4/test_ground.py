@@ -1,9 +1,11 @@
 """What the ground station of the flights makes of PX4's messages."""
 
+import socket
+
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from tests.px4.simulator import Px4Ground
+from tests.px4.simulator import Px4Ground, forget_the_dead
 
 
 class Deaf(Px4Ground):
@@ -11,6 +13,18 @@ class Deaf(Px4Ground):
 
     def __init__(self):
         self._boot_s, self.attitudes = 0.0, []
+
+
+def test_the_socket_of_a_dead_simulator_is_removed_and_that_of_a_living_one_is_not(tmp_path):
+    with socket.socket(socket.AF_UNIX) as living, socket.socket(socket.AF_UNIX) as dead:
+        for each, name in ((living, "living"), (dead, "dead")):
+            each.bind(str(tmp_path / name))
+        living.listen()
+        dead.close()
+        for path in tmp_path.iterdir():
+            forget_the_dead(path)
+        assert [path.name for path in tmp_path.iterdir()] == ["living"]
+    forget_the_dead(tmp_path / "none")
 
 
 def truth(stamp_us):
