@@ -50,6 +50,11 @@ def run(args: argparse.Namespace) -> int:
     _step("design", str(args.out / SPEC))
     design, tunings = design_into(args.out, args.out / SPEC, auto=True)
     _show(args, certificate_text(design, tunings))
+    if unproved := [block.name for block in design.blocks if block.certificate.extra.get("robust_stable") is False]:
+        raise RefusedError(
+            f"{args.out / 'design.json'}: not proved stable for all that is not known of {', '.join(unproved)}: excite "
+            "longer or stronger, or ask for more margin in its spec"
+        )
     result = outcome.to_object() | {"design": str(args.out / "design.json")}
     if not args.no_rehearsal:
         _step("rehearse", str(args.out))

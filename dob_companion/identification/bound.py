@@ -27,7 +27,7 @@ KNOTS = 10
 SHARPER, FLANK = 1.4, 1.03
 """A peak is this much higher than windows show, and wider to either side."""
 MOST_PEAK = 10.0
-ABOUT_A_MODE = np.concatenate([-np.geomspace(8.0, 0.25, 9), [0.0], np.geomspace(0.25, 8.0, 9)])
+ABOUT_A_MODE = np.array([-8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 8.0])
 """Of the widths of a dip or a peak, where the bound has knots; between two of them lines are near enough."""
 DRAWN = 200
 """Models on the edge of a joint region."""
@@ -97,7 +97,7 @@ def _with_peaks(knots: Floats, values: Floats, chosen: Fit, peaks: Peaks) -> tup
 
 
 def _with_modes(knots: Floats, values: Floats, richest: Fit, spread: Spread) -> tuple[Floats, Floats]:
-    """The bound plus what is not known of each flexible mode: a dip or a peak a little beside where it is taken for is
+    """The bound with what is not known of each flexible mode: a dip or a peak a little beside where it is taken for is
     much, and only there, so that the misfit averaged over half an octave does not show it."""
     for k in range(MODES, len(richest.parameters), 4):
         own = richest.parameters[k : k + 4]
@@ -107,7 +107,7 @@ def _with_modes(knots: Floats, values: Floats, richest: Fit, spread: Spread) -> 
         hertz = hertz[hertz > 0.0] / (2.0 * np.pi)
         off = np.max(np.abs(_mode(moved, hertz) / _mode(own[None, :], hertz) - 1.0), axis=0)
         union = np.unique(np.concatenate([knots, hertz]))
-        values = np.interp(union, knots, values) + np.interp(union, hertz, off, left=0.0, right=0.0)
+        values = np.hypot(np.interp(union, knots, values), np.interp(union, hertz, off, left=0.0, right=0.0))
         knots = union
     return knots, np.minimum(values, np.maximum(MOST_PEAK, MOST))
 

@@ -14,6 +14,8 @@ APART = (0.0, 0.01, 0.02, 0.035, 0.05, 0.08, 0.12, 0.2, 0.35, 0.5)
 """Distances from a peak or a dip, relative, at which the bound has a knot."""
 BETWEEN = 5
 """Points looked at between two knots."""
+NEXT = 1.01
+"""Ratio of a knot to the one before, at least: the most of what is around counts, so that fewer do."""
 LOWEST_HZ = 1e-3
 
 
@@ -40,6 +42,8 @@ def _knots(model: AxisModel) -> Floats:
     centres = [hz.value for mode in model.modes for hz in (mode.frequency_hz, mode.zero_frequency_hz)]
     near = [centre * (1.0 + sign * apart) for centre in centres for apart in APART for sign in (-1.0, 1.0)]
     within = sorted({float(f"{hz:.4g}") for hz in (*own, *near) if hz <= own[-1]})
-    kept = [within[0]]
-    kept += [hz for hz in within[1:] if hz in own or hz > 1.004 * kept[-1]]
+    kept = within[:1]
+    for hz in within[1:]:
+        if hz > NEXT * kept[-1] or hz == own[-1]:
+            kept.append(hz)
     return np.array(kept)
