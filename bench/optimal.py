@@ -19,7 +19,7 @@ from dob_companion.errors import DobError
 from dob_companion.synthesis.optimal.bound import attenuation_limit
 from dob_companion.synthesis.optimal.problem import Axis, Wanted
 from dob_companion.synthesis.optimal.reached import attenuation, spectrum_of
-from dob_companion.synthesis.optimal.search import MOST_ORDER, ORDER, Search, least_order
+from dob_companion.synthesis.optimal.search import MOST_ORDER, ORDER, Search, usual_order
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import from_data, to_state_space
 from dob_companion.synthesis.plant.problem import Problem
@@ -55,7 +55,7 @@ def _cells(case: Case) -> Iterator[str]:
     yield f"{bound:.2f}"
     for gains, order in (((), MOST_ORDER), (asked.gains, ORDER)):
         begun = time.process_time()
-        found = Search(axis, spectrum, max(order, least_order(axis))).best(replace(wanted, gains=gains))
+        found = Search(axis, spectrum, max(order, usual_order(axis))).best(replace(wanted, gains=gains))
         took = time.process_time() - begun
         observer = found.observer(axis) if found else None
         yield _flown(problem, case, observer)

@@ -19,9 +19,10 @@ from dob_companion.synthesis.optimal.realization import left_zeros, realized
 
 Array = NDArray[np.float64]
 
-ORDER, MOST_ORDER = 6, 8
-"""States of an observer by default and at most. Two more than six bring half a percent on the axes measured, and the
-weights of more are of an order that the LMI takes long for."""
+ORDER, MOST_ORDER, FREE = 6, 8, 4
+"""States of an observer by default and at most; of a plant of more than two (four) states FREE more than it has, which
+leaves its numerator five numbers. With three, plants of four and five states reached half of what they do with five.
+Two more than that bring half a percent to two, and the LMI takes long for the weights of still more."""
 
 WORTH = 1.001
 """An order is raised only when this much is gained: fewer states are easier to trust."""
@@ -55,6 +56,17 @@ class Found:
 def least_order(axis: Axis) -> int:
     """States that an observer of this plant needs at least for its numerator to have three numbers."""
     return axis.order + 2
+
+
+def usual_order(axis: Axis) -> int:
+    """States at most where nothing is stated."""
+    return max(ORDER, axis.order + FREE)
+
+
+def allowed_order(axis: Axis, stated: int | None) -> int:
+    """States at most."""
+    usual = usual_order(axis)
+    return usual if stated is None else min(stated, max(MOST_ORDER, usual))
 
 
 def looser(a: Wanted, b: Wanted) -> bool:

@@ -19,7 +19,7 @@ from dob_companion.synthesis.certify.certificate import Claim, certify
 from dob_companion.synthesis.optimal.factors import Factors
 from dob_companion.synthesis.optimal.problem import Axis, Responses, Spectrum, Wanted
 from dob_companion.synthesis.optimal.realization import weights
-from dob_companion.synthesis.optimal.search import MOST_ORDER, ORDER, Search, least_order
+from dob_companion.synthesis.optimal.search import Search, allowed_order
 from dob_companion.synthesis.plant.models import zpk
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.robust.analysis import FACTOR_STEP, SEED, safe_factor
@@ -57,8 +57,7 @@ def programmed(asked: Problem, uncertainty: Uncertainty, auto: AutoSpec, largest
     `find_optimum` and `certify` do.
     """
     axis = Axis.of(asked.plant, asked.controller, asked.delays[0], auto.attitude_gain)
-    least = least_order(axis)
-    most = min(largest_order or max(ORDER, least), max(MOST_ORDER, least))
+    most = allowed_order(axis, largest_order)
     search = Search(axis, Spectrum(auto.spectrum, auto.disturbance_rms if auto.attitude_gain else None), most)
     width = borne(asked, uncertainty)
     wanted = _wanted(auto)

@@ -17,7 +17,7 @@ from dob_companion.synthesis.design import design_block
 from dob_companion.synthesis.optimal.bound import AttenuationLimits
 from dob_companion.synthesis.optimal.problem import Axis, Spectrum, Wanted, attenuation
 from dob_companion.synthesis.optimal.realization import Weights, weights
-from dob_companion.synthesis.optimal.search import MOST_ORDER, ORDER, Found, Search, least_order
+from dob_companion.synthesis.optimal.search import Found, Search, allowed_order
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import from_data, to_state_space
 from dob_companion.synthesis.plant.problem import Problem
@@ -77,14 +77,12 @@ class _Choice:
     def _order(self) -> int:
         """States at most."""
         least, stated = self.axis.order, self.block.largest_order
-        if stated is None:
-            return max(ORDER, least_order(self.axis))
-        if stated < least:
+        if stated is not None and stated < least:
             raise UnsolvableError(
                 f"largest_order is {stated}: an observer of this plant has its order, {least}, at least "
                 "(link delay not counted)"
             )
-        return min(stated, max(MOST_ORDER, least_order(self.axis)))
+        return allowed_order(self.axis, stated)
 
     def wanted(self, limits: Limits, slack: float) -> Wanted:
         """Limits as the programmes take them."""

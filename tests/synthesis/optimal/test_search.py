@@ -16,7 +16,7 @@ from dob_companion.synthesis.optimal.limits import Limit
 from dob_companion.synthesis.optimal.poles import free, monic, roots
 from dob_companion.synthesis.optimal.problem import Wanted, attenuation
 from dob_companion.synthesis.optimal.realization import all_pass, realized, weights
-from dob_companion.synthesis.optimal.search import Search
+from dob_companion.synthesis.optimal.search import Search, allowed_order, usual_order
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.solve.optimum import find_optimum
 from tests.synthesis.optimal.axes import NOISE, axis_of, vehicle_of, weather_of
@@ -179,3 +179,11 @@ def test_a_looser_limit_never_gives_less():
     here, loose, tight, quiet, both = (1.0 / each.solved.value for each in found)
     assert loose >= here >= tight >= both
     assert here >= quiet >= both
+
+
+def test_a_plant_of_four_states_may_have_eight():
+    """Six leave the numerator three numbers, with which ArduCopter's roll attenuates half as much."""
+    two = axis_of("pitch")
+    four = replace(two, m=np.convolve(two.m, [1.0, -0.5, 0.1]))
+    assert [usual_order(axis) for axis in (two, four)] == [6, 8]
+    assert [allowed_order(four, stated) for stated in (None, 5, 8, 12)] == [8, 5, 8, 8]
