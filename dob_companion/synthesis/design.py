@@ -147,7 +147,7 @@ def synthesize(
     problem = Problem(G, C, W_d, W_n, link_delays(delay_samples, moments))
     with numbers_judged():
         require_solvable(problem, axes)
-        solve = lambda posed: _certified(posed, gamma_backoff, largest_order)  # noqa: E731
+        solve = lambda posed: _certified(posed, gamma_backoff, largest_order, W_d)  # noqa: E731
         return _synthesized(problem, axes, uncertainty, solve, auto, largest_order)
 
 
@@ -259,15 +259,19 @@ def design_from_toml(
     return design(spec, created)
 
 
-def _certified(problem: Problem, backoff: float, largest_order: int | None) -> tuple[Any, Certificate]:
-    """The first candidate that passes its proof, without hidden modes and reduced to `largest_order` if need be."""
+def _certified(problem: Problem, backoff: float, largest_order: int | None, stated: Any) -> tuple[Any, Certificate]:
+    """The first candidate that passes its proof, without hidden modes and reduced to `largest_order` if need be.
+
+    `stated` is the disturbance weight with all its modes: nearly hidden ones matter to its optimum in closed form.
+    """
     optimum = find_optimum(problem)
     claim = Claim(optimum.gamma_star, optimum.method, backoff)
     observer, proof = _full_order(problem, optimum, claim)
     if largest_order is None or observer.nstates <= largest_order:
         return observer, proof
     nearer = [minimal(candidate) for candidate in candidates(optimum, backoff)]  # they leave room for the reduction
-    exact = lambda near: exact_optimum(problem, near, optimum.gamma_star)  # noqa: E731
+    whole = replace(problem, disturbance_weight=stated)
+    exact = lambda near: exact_optimum(whole, near, optimum.gamma_star)  # noqa: E731
     return certified_of_order(problem, [observer, *nearer], claim, largest_order, exact)
 
 

@@ -314,9 +314,9 @@ def test_the_page_of_a_design_without_tuning_has_no_trade_off(pitch):
 
 
 @pytest.mark.proof
-def test_an_identified_axis_whose_optimum_rounding_spoils_gets_a_state_more():
-    """ArduCopter's roll in its simulator, three samples of delay: reduced to the optimum's own seven states, gamma was
-    1.004 of what it may be, which was refused."""
+def test_an_identified_axis_whose_reductions_rounding_spoils_gets_its_optimum():
+    """ArduCopter's roll in its simulator, three samples of delay: reduced to the optimum's own states, gamma was 1.004
+    of what it may be, or commands leaked, which was refused."""
     text = (Path(__file__).parents[1] / "data" / "ardupilot" / "copter_identified.toml").read_text(encoding="utf-8")
     (block,) = tuned_design_from_toml(text, "identified.toml")[0].blocks
     assert block.certificate.gamma <= 1.0003 * block.certificate.gamma_star
