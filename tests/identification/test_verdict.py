@@ -102,7 +102,7 @@ def test_a_disturbance_observer_that_moves_the_moment_is_no_instrument():
     assert "injected signal follows the aircraft" in refused(replace(whole, injected=fed_back, rate_setpoint=None))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_noise_that_drowns_the_answer_is_not_taken_for_an_instrument_that_follows(seed):
     noisy = replace(Axis(), gain=113.0, pole=1.0, lag=0.05, p=0.15, i=0.2, injected=0.02, noise=0.14, wind=0.5)
     found = identify(record(fly([noisy] * 3, 30, seed, band=(0.3, 40.0)), rate_setpoint=None), axes=("roll",))
