@@ -7,7 +7,6 @@ from types import ModuleType
 from dob_companion import __version__
 from dob_companion.cli.console import complain, console
 from dob_companion.cli.extras import remedy
-from dob_companion.cli.interrupt import hold_ctrl_c_in_imports
 from dob_companion.errors import DobError, InputError
 
 EXIT_INTERRUPTED = 130
@@ -15,7 +14,6 @@ EXIT_INTERRUPTED = 130
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command. Returns its exit code (docs/interfaces.md): 0, 1, 2 or 130."""
-    hold_ctrl_c_in_imports()
     with console() as verdict:
         try:
             return verdict(_run(argv))
