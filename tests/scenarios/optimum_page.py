@@ -35,7 +35,10 @@ COSTS = """
 ## What costs the rest
 By expectation. Above the optimum: what the tuned design gives up on purpose so that its attenuation holds where the
 plant's gain is not the model's (gains of 0.7 and 1.3 are in its objective), what its delay margin costs where the
-optimum has less of it, and what six states cannot do. Each factor is what the optimum's attenuation gains when one
+optimum has less of it, and what six states cannot do. Less than none: the optimum's F is finite, of 64 states that are
+given, and six that are sought do better ([tuning](tuning.md)).
+
+Each factor is what the optimum's attenuation gains when one
 thing changes (1.00: nothing). Noise, disk margin: from the optimum at the price to that with any noise, or with any
 disk margin. Link: the same price, no link.
 
@@ -47,11 +50,10 @@ STRENGTH = """
 The tuned designs at the scenario's disturbance and at half of it, where torque saturates less and angles are half as
 large: off/on, median of the seeds. What gyro noise alone makes of half a disturbance shows on the linear axes: nothing.
 
-At half strength roll and pitch give the linear ratios within 4 % in every seed. At full strength saturation and large
-angles cost them up to 6 % in the median; in the worst seed up to 16 % with a link and 22 % without. Yaw does better
-on the tail-sitter than on the axis identified from it, in every seed at half strength, so its model is what differs
-there. That linear yaw falls short of what is expected is the five seeds' weather: the linear loop fed with the
-disturbance and noise of seed 1's flight gives its RMS within 0.5 %.
+At half strength roll and pitch give the linear ratios within 7 % in every seed. At full strength saturation and large
+angles cost them up to 6 % in the median with a link and 11 % without; in the worst seed up to 23 % with a link and 32 %
+without. Yaw does better on the tail-sitter than on the axis identified from it, in every seed at half strength, so its
+model is what differs there. That linear yaw falls short of what is expected is the five seeds' weather.
 
 | axis | delay | linear, half | linear | tail-sitter, half | tail-sitter | tail-sitter over linear: half, full |
 | --- | --- | --- | --- | --- | --- | --- |"""
