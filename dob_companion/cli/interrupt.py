@@ -4,7 +4,6 @@ One that comes in the midst of an import can be lost in a package that catches e
 optional, or come out of a compiled module as another error ("could not import module datetime").
 """
 
-import _thread
 import signal
 import threading
 from types import FrameType
@@ -26,7 +25,7 @@ def hold_ctrl_c_in_imports() -> None:
 def _met(number: int, frame: FrameType | None) -> None:
     if not _importing(frame):
         signal.default_int_handler(number, frame)
-    again = threading.Timer(LOOK_S, _thread.interrupt_main)
+    again = threading.Timer(LOOK_S, signal.pthread_kill, (threading.main_thread().ident, number))
     again.daemon = True
     again.start()
 

@@ -158,7 +158,7 @@ def test_a_demo_that_cannot_write_says_so_in_one_line(tmp_path, capsys):
 
 SHORT = (
     # Time for the steps of a first enabling, and for a stall before it.
-    SCENARIO.partition("[paper_ratio]")[0].replace("settle_s = 0.2", "settle_s = 4.0")
+    SCENARIO.partition("[paper_ratio]")[0].replace("settle_s = 0.2", "settle_s = 8.0")
     + """
 [[check]]
 measure = "rms_ratio"
