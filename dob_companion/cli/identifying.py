@@ -4,6 +4,7 @@ import argparse
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -104,20 +105,21 @@ def of_logs(paths: Sequence[Path], options: Options, config: Path | None = None)
     records = [_chosen(read_in_hover(path, config), said, options) for path, said in zip(paths, excited, strict=True)]
     found = identify(records, axes=options.axes, rate_hz=options.rate_hz)
     surroundings = around(records, found)
+    outcome = partial(Outcome, found=found, make=records[-1].make, surroundings=surroundings)
     if not found.usable:
         why = f"no axis is usable: {'; '.join(_reasons(found))}"
-        return Outcome(found=found, make=records[-1].make, surroundings=surroundings, spec=None, why=why)
+        return outcome(spec=None, why=why)
     if wrong := [axis for axis, result in found.axes.items() if result.mistaken]:
         why = f"signals of {', '.join(wrong)} are mistaken for others, so who knows of the rest; --axis takes one alone"
-        return Outcome(found=found, make=records[-1].make, surroundings=surroundings, spec=None, why=why)
+        return outcome(spec=None, why=why)
     try:
         controllers = _controllers(records[-1], found.usable, options)
         delays = [said.delay for said in excited if said is not None and said.delay is not None]
         late = link_delay(options.delay, max(delays, key=lambda each: each.value, default=None), controllers)
         text = spec_text(found, controllers, surroundings, late, options.rate_hz)
     except InputError as problem:
-        return Outcome(found=found, make=records[-1].make, surroundings=surroundings, spec=None, why=str(problem))
-    return Outcome(found=found, make=records[-1].make, surroundings=surroundings, spec=text)
+        return outcome(spec=None, why=str(problem))
+    return outcome(spec=text)
 
 
 def table(outcome: Outcome) -> str:

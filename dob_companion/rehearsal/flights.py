@@ -5,7 +5,7 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -76,6 +76,7 @@ def rehearse(rehearsal: Rehearsal, progress: Callable[[str], None]) -> tuple[Dob
     scenario = rehearsal.out / "rehearsal.toml"
     write_text(scenario, scenario_text(design, spec))
     ports = free_udp_ports(2 * len(flown))  # all at once, so that no two flights are given the same
+    rehearsal = replace(rehearsal, script=rehearsal.scripted)
     jobs = {
         member.name: _prepared(rehearsal, member, scenario, design.delay_samples, (ports[2 * k], ports[2 * k + 1]))
         for k, member in enumerate(flown)
@@ -111,7 +112,7 @@ def _prepared(rehearsal: Rehearsal, member: Member, scenario: Path, delay: int, 
         aircraft=out / "aircraft.json",
         ports=ports,
         drawn=False,
-        script=rehearsal.scripted,
+        script=rehearsal.script,
     )
 
 

@@ -27,7 +27,7 @@ from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.parse import BlockSpec, Model, Weight
 from dob_companion.synthesis.spec.uncertainty import Uncertainty
 from dob_companion.synthesis.tune.limits import Limits, Row, Tuning
-from dob_companion.synthesis.tune.yardstick import Measured, Yardstick
+from dob_companion.synthesis.tune.yardstick import Measured, Yardstick, as_certified
 
 BACKOFF = 1.0003
 """How near to gamma* the weights are solved: there is one optimum, and this near to it an observer is the same to four
@@ -108,16 +108,7 @@ class _Choice:
 
     def proved(self, block: DobBlock) -> Measured:
         """A designed block by the yardstick, and by its certificate where that knows better."""
-        found, proof = self.measured(from_data(block.observer, self.dt)), block.certificate
-        if found is None:
-            raise NotCertifiedError("the certified observer is unstable by the yardstick")
-        least = proof.delay_margin_samples
-        return replace(
-            found,
-            disk_margin=proof.disk_margin,
-            slowest_s=proof.slowest_mode_s,
-            delay_margin=float(np.clip(found.delay_margin, least, least + 0.999)),
-        )
+        return as_certified(self.measured(from_data(block.observer, self.dt)), block.certificate)
 
     def others(self) -> list[Limits]:
         """Limits around those asked for."""

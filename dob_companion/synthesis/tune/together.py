@@ -29,7 +29,7 @@ from dob_companion.synthesis.spec.parse import BlockSpec, Matrices, Model, Weigh
 from dob_companion.synthesis.tune.best import APART, BACKOFF, HELPS, MARGINS
 from dob_companion.synthesis.tune.limits import Limits, Tuning
 from dob_companion.synthesis.tune.limits import Row as Line
-from dob_companion.synthesis.tune.yardstick import Measured, Yardstick
+from dob_companion.synthesis.tune.yardstick import Measured, Yardstick, as_certified
 
 ORDER = 4
 """States for each output, where the plant needs no more."""
@@ -128,16 +128,7 @@ class _Choice:
 
     def proved(self, block: DobBlock) -> Measured:
         """A designed block by the yardstick, and by its certificate where that knows better."""
-        found, proof = self.measured(from_data(block.observer, self.dt)), block.certificate
-        if found is None:
-            raise NotCertifiedError("the certified observer is unstable by the yardstick")
-        least = proof.delay_margin_samples
-        return replace(
-            found,
-            disk_margin=proof.disk_margin,
-            slowest_s=proof.slowest_mode_s,
-            delay_margin=float(np.clip(found.delay_margin, least, least + 0.999)),
-        )
+        return as_certified(self.measured(from_data(block.observer, self.dt)), block.certificate)
 
     def rows(self, poles: tuple[Any, ...]) -> tuple[Line, ...]:
         """The trade-off on the same poles."""

@@ -14,14 +14,15 @@ that turns an eigenvalue of X of magnitude 1 to -1.
 It is the nominal loop; the certificate measures the chosen observer again, from its matrices.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import control as ct
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.errors import UnsolvableError
+from dob_companion.artifact import Certificate
+from dob_companion.errors import NotCertifiedError, UnsolvableError
 from dob_companion.lti.gramian import gramian
 from dob_companion.lti.margins import MOST_DELAY_SAMPLES
 from dob_companion.lti.response import response, spectral_radius
@@ -57,6 +58,20 @@ class Measured:
     slowest_s: float
     delay_margin: float
     at_gains: tuple[float, ...] = ()
+
+
+def as_certified(found: Measured | None, proof: Certificate) -> Measured:
+    """What was measured of a designed block, and its certificate's word where that knows better: of the delay margin
+    it counts whole samples. Raises NotCertifiedError for an observer that the yardstick calls unstable."""
+    if found is None:
+        raise NotCertifiedError("the certified observer is unstable by the yardstick")
+    least = proof.delay_margin_samples
+    return replace(
+        found,
+        disk_margin=proof.disk_margin,
+        slowest_s=proof.slowest_mode_s,
+        delay_margin=float(np.clip(found.delay_margin, least, least + 0.999)),
+    )
 
 
 class Yardstick:
