@@ -17,7 +17,7 @@ from bench._axes import Case, cases
 from bench._searched import searched_design
 from dob_companion.errors import DobError
 from dob_companion.synthesis.optimal.bound import attenuation_limit
-from dob_companion.synthesis.optimal.problem import Axis, Wanted
+from dob_companion.synthesis.optimal.problem import Axis, Block, Wanted
 from dob_companion.synthesis.optimal.reached import attenuation, spectrum_of
 from dob_companion.synthesis.optimal.search import MOST_ORDER, ORDER, Search, usual_order
 from dob_companion.synthesis.plant.minimal import minimal
@@ -51,7 +51,7 @@ def _cells(case: Case) -> Iterator[str]:
     yield _flown(problem, case, searched)
     yield f"{time.process_time() - begun:.1f}"
     wanted = _wanted(case)
-    bound = attenuation_limit(axis, spectrum, wanted)
+    bound = attenuation_limit(Block(plant, controller, problem.delays, asked.attitude_gain), spectrum, wanted)
     yield f"{bound:.2f}"
     for gains, order in (((), MOST_ORDER), (asked.gains, ORDER)):
         begun = time.process_time()

@@ -18,7 +18,7 @@ from dob_companion.comparison.vehicle import ATTITUDE_GAIN, Vehicle, close, no_o
 from dob_companion.report.palette import COLOURS
 from dob_companion.synthesis import parse_spec
 from dob_companion.synthesis.optimal.bound import AttenuationLimits
-from dob_companion.synthesis.optimal.problem import Axis, Spectrum, Wanted
+from dob_companion.synthesis.optimal.problem import Axis, Block, Spectrum, Wanted
 from dob_companion.synthesis.optimal.search import Found, Search
 from dob_companion.synthesis.plant.models import to_state_space
 from dob_companion.synthesis.spec.spectrum import LowPass
@@ -46,7 +46,7 @@ class Case:
         axis = Axis.of(plant, controller, 1, ATTITUDE_GAIN)
         spectrum = Spectrum(LowPass(DISTURBANCE_HZ), self.rms)
         self.search = Search(axis, spectrum, order)
-        self.limits = AttenuationLimits(axis, spectrum, NOISE_SIGMA)
+        self.limits = AttenuationLimits(Block(plant, controller, (1,), ATTITUDE_GAIN), spectrum, NOISE_SIGMA)
         margin, noise = LIMITS[name]
         self.wanted = Wanted(disk_margin=margin, noise=noise, noise_rms=NOISE_SIGMA, gains=())
 

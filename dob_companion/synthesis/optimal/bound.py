@@ -1,39 +1,50 @@
-"""How good an observer could be: a bound on the attenuation of every stable causal F, of any order.
+"""How good an observer could be: a bound on the attenuation of all stable ones, of any order, for one axis or several.
+
+Command-invariant observers are D = F [M, -N] with G = M^-1 N (left coprime, stable) and F any stable causal m x p
+matrix. With the plant as modelled, the attitude error and X = D_y = F M, T = z^-τ F N, S T_f = S (I - T) are affine
+in F.
 
 Each limit gets a multiplier that is nonnegative at every frequency, and the limits' excess is added to the squared
-attitude error. What is left is quadratic in F and has no limits:
+attitude error. What is left is quadratic in f, the entries of F, and has no limits:
 
-    min over stable causal F of  mean over the circle of  p |F|^2 + 2 Re(q* F) + c
+    min over stable causal f of  mean over the circle of  f* H f + 2 Re(q* f) + c
 
-a Wiener-Hopf problem. With p = |φ|^2, φ and 1/φ stable, its least value is
+a Wiener-Hopf problem. With H = Φ* Φ, Φ and its inverse stable (`spectral.py`), its least value is
 
-    mean of c - |[q / φ*]_+|^2             []_+: the causal part
+    mean of c - |[Φ^-* q]_+|^2             []_+: the causal part
 
 (D. C. Youla, J. J. Bongiorno, H. A. Jabr, "Modern Wiener-Hopf design of optimal controllers", 1976). It lies below the
 error of every F that keeps the limits, whatever the multipliers (weak duality: S. Boyd, L. Vandenberghe, "Convex
 Optimization", 2004, chapter 5), so no accuracy of the search is taken on trust: the multipliers found on a coarse grid
-are evaluated once more on a fine one, and what is left to trust is that grid and rounding. The best multipliers come
-near the optimum itself: the problem is convex, and observers exist that keep the limits with room.
+are evaluated once more on a fine one, and what is left to trust is that grid and rounding. For one axis the best
+multipliers come near the optimum itself: the problem is convex, and observers exist that keep the limits with room.
 
-Here limits are the disk margin at every frequency, the RMS of the correction from gyro noise, and its peak where one is
-asked. A delay margin and a slowest mode are not among them: they can only lower what is to be had.
+Here limits are the disk margin at every frequency, the RMS of each moment's correction from gyro noise, and its peak
+where one is asked. A delay margin and a slowest mode are not among them: they can only lower what is to be had.
 
-On angles half a step aside from 0 everything is a real series in cosines and sines, so factors and causal parts are
-real transforms (`Circle`). |M|^2 is taken out of p before the logarithm: an integrating plant has p zero at z = 1.
+**Several axes.** The disk margin of all loops at once, min over diagonal D of || D (S T_f - I/2) D^-1 || <= 1/margin,
+is not convex. What it implies for each loop alone, |(S T_f)_ii - 1/2| <= 1/margin, is, and no other convex limit at a
+single frequency says more: off the diagonal a triangular matrix may have any entries, so the closed convex hull of all
+that keep the margin is the matrices whose diagonals do. The bound holds for every observer, and lies the further above
+what can be had the more strongly axes are coupled.
 """
 
+from typing import Any
+
+import control as ct
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, optimize
+from scipy import linalg, optimize
 
-from dob_companion.synthesis.optimal.problem import Axis, Spectrum, Wanted, attitude_rms, responses
+from dob_companion.lti.response import response
+from dob_companion.synthesis.optimal.problem import Block, Spectrum, Wanted
+from dob_companion.synthesis.optimal.spectral import Circle, ratio_of
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-SEARCHED, EVALUATED = 2**13, 2**17
-"""Angles from 0 to pi of the search and of the evaluation. The sparse ones err by percents on a slow loop, to either
-side; what multipliers they lead to is not affected."""
+SEARCHED, EVALUATED = 2**10, 2**13
+"""Angles from 0 to pi of the search and of the evaluation."""
 
 KNOTS, FIRST_KNOT = 60, 3e-3
 """Knots between which a multiplier is straight, even on a logarithmic scale from the first angle to pi."""
@@ -48,21 +59,21 @@ SCALE = 1e3
 """A value of the order of 1 is what the search's tolerances are meant for."""
 
 
-def attenuation_limit(axis: Axis, spectrum: Spectrum, wanted: Wanted) -> float:
-    """An upper bound on RMS attitude error off / on, the plant as modelled, of every stable causal F within the limits.
+def attenuation_limit(block: Block, spectrum: Spectrum, wanted: Wanted) -> float:
+    """An upper bound on RMS attitude error off / on, the plant as modelled, of every stable observer within the limits.
 
     Limits are `wanted`'s disk margin, noise and peak. Its delay margin and slowest mode play no part, which can only
     raise the bound; neither do its gains.
     """
-    return AttenuationLimits(axis, spectrum, wanted.noise_rms).of(wanted)
+    return AttenuationLimits(block, spectrum, wanted.noise_rms).of(wanted)
 
 
 class AttenuationLimits:
-    """The same for several limits of one axis in one weather; each search begins where the last one ended."""
+    """The same for several limits of one block in one weather; each search begins where the last one ended."""
 
-    def __init__(self, axis: Axis, spectrum: Spectrum, noise_rms: float) -> None:
+    def __init__(self, block: Block, spectrum: Spectrum, noise_rms: float) -> None:
         """`noise_rms`: of the gyro, rad/s."""
-        self._searched, self._evaluated = (Ground(axis, spectrum, noise_rms, count) for count in (SEARCHED, EVALUATED))
+        self._searched, self._evaluated = (Ground(block, spectrum, noise_rms, count) for count in (SEARCHED, EVALUATED))
         self._last: Array | None = None
 
     def of(self, wanted: Wanted) -> float:
@@ -70,65 +81,52 @@ class AttenuationLimits:
         dual = Dual(self._searched, wanted)
         begin = self._last if self._last is not None and len(self._last) == dual.size else None
         self._last = dual.best(begin)
-        value = Dual(self._evaluated, wanted).value(self._last)[0]
+        value = Dual(self._evaluated, wanted).bound(self._last)
         return float(1.0 / np.sqrt(value)) if value > 0.0 else float("inf")
 
 
-class Circle:
-    """Real series h_n z^-n at the angles (j + 1/2) pi / count, j = 0 … count-1; h_n for n = 0 … count-1."""
-
-    def __init__(self, count: int) -> None:
-        self.angles = np.pi * (np.arange(count) + 0.5) / count
-
-    def factor(self, power: Array) -> Complex:
-        """The stable factor with stable inverse of |φ|^2 = power, by its cepstrum (A. V. Oppenheim, R. W. Schafer)."""
-        logs = np.log(power)
-        cepstrum = fft.dct(logs, 2) / (2.0 * len(power))  # of log φ, n >= 1
-        return np.asarray(np.exp(0.5 * logs - 1j * _sines(cepstrum)))
-
-    def causal(self, values: Complex) -> Array:
-        """h_n, n >= 0, of a series in both directions."""
-        even = fft.dct(values.real, 2) / len(values)  # h_n + h_-n
-        odd = fft.dst(values.imag, 2) / len(values)  # h_-n - h_n, from n = 1
-        h = even / 2.0
-        h[1:] -= odd[:-1] / 2.0
-        return np.asarray(h)
-
-    def values(self, h: Array) -> Complex:
-        """Of the causal series."""
-        return np.asarray(fft.dct(np.append(h[:1], h[1:] / 2.0), 3) - 1j * _sines(h))
-
-
 class Ground:
-    """What does not depend on the limits, on a circle of `count` angles.
+    """What does not depend on the limits, on a circle of `count` angles; entries of F row by row, k = m p of them.
 
-    error   (weight, at, slope): the mean over the circle of weight |at + slope F|^2, summed, is the squared attitude
-            error as a share of that without observer
+    H (count, k, k), q (count, k): of the squared attitude error as a share of that without observer, density included
+    M, heard (count, p, p): the plant's, and the form of a row of F M, M M* transposed
+    at (count, m), slopes (count, m, k): the diagonal of S T_f - I/2, affine in F
     """
 
-    def __init__(self, axis: Axis, spectrum: Spectrum, noise_rms: float, count: int) -> None:
-        self.circle, self.count = Circle(count), count
-        self.on = on = responses(axis, self.circle.angles)
-        wind, hiss = spectrum.amplitude(on.angles, on.dt), spectrum.hiss(on.angles, noise_rms)
-        none = np.zeros_like(on.N)
-        share = count / attitude_rms(on, spectrum, noise_rms, none) ** 2
-        from_d, from_n = on.attitude(none)
-        held = on.to_attitude * on.late / on.denominator(none, 1.0)
-        self.error = [(share * wind**2, from_d, -held * on.N), (share * hiss**2, from_n, -held * on.M)]
-        self.hats = Hats(on.angles)
+    def __init__(self, block: Block, spectrum: Spectrum, noise_rms: float, count: int) -> None:
+        self.circle = circle = Circle(count)
+        self.hats = Hats(circle.angles)
+        self.moments, self.rates = m, p = len(block.delays), len(block.plant.C)
+        dt, z = float(block.plant.dt), np.exp(1j * circle.angles)
+        self.M, N = (response(each, circle.angles) for each in left_coprime(block.plant))
+        C, G, one = response(block.controller, circle.angles), np.linalg.solve(self.M, N), np.eye(m)
+        late = np.exp(-1j * np.outer(circle.angles, block.delays))[:, None, :]
+        integral = (dt / 2.0 * (z + 1.0) / (z - 1.0))[:, None, None]
+        S = np.linalg.inv(one + C @ G)
+        to_attitude = integral * G @ np.linalg.inv(one + C @ G * (1.0 + block.attitude_gain * integral))
+        amplitudes = spectrum.amplitude(circle.angles, dt), spectrum.hiss(circle.angles, noise_rms)
+        wind, hiss = (count * each[:, None, None] ** 2 for each in amplitudes)
+        off = np.mean(np.sum(wind * np.abs(to_attitude) ** 2 + hiss * np.abs(to_attitude @ C) ** 2, axis=(1, 2)))
+        # θ = to_attitude [(I - z^-τ F N) d - (C + z^-τ F M) n]
+        left = to_attitude * late
+        power = (wind * N @ _star(N) + hiss * self.M @ _star(self.M)) / off
+        self.H = np.einsum("nij,nlk->nikjl", _star(left) @ left, power).reshape(count, m * p, m * p)
+        self.q = (_star(left) @ to_attitude @ (hiss * C @ _star(self.M) - wind * _star(N)) / off).reshape(count, m * p)
+        self.heard = (self.M @ _star(self.M)).swapaxes(1, 2)
+        self.at = np.einsum("nii->ni", S) - 0.5
+        self.slopes = -np.einsum("nij,nki->nijk", S * late, N).reshape(count, m, m * p)
 
 
 class Dual:
-    """The bound as a function of the multipliers: that of the noise, then those of each limit at the knots."""
+    """The bound as a function of the multipliers: of the noise of each moment, then at the knots those of the disk
+    margin of each moment and, where one is asked, of its peak."""
 
     def __init__(self, ground: Ground, wanted: Wanted) -> None:
-        on, r = ground.on, 1.0 / wanted.disk_margin
-        self._ground = ground
-        self._limits = [((on.S - 0.5) / r, -on.S * on.late * on.N / r)]  # |at + slope F| <= 1
-        if wanted.peak is not None:
-            self._limits.append((np.zeros_like(on.S), on.M / wanted.peak))
-        self._heard = on.M * (wanted.noise_rms / wanted.noise)
-        self.size = 1 + KNOTS * len(self._limits)
+        self._ground, self._margin = ground, wanted.disk_margin
+        self._noise = (wanted.noise_rms / wanted.noise) ** 2
+        self._peak = 0.0 if wanted.peak is None else 1.0 / wanted.peak**2
+        self._shape = (1 if wanted.peak is None else 2, ground.moments, KNOTS)
+        self.size = ground.moments + int(np.prod(self._shape))
 
     def best(self, begin: Array | None = None) -> Array:
         """The multipliers of the greatest value found."""
@@ -137,34 +135,59 @@ class Dual:
             value, slope = self.value(FIRST * shares)
             return -SCALE * value, -SCALE * FIRST * slope
 
+        noises = self._ground.moments
         found = optimize.minimize(
             falling,
             np.ones(self.size) if begin is None else begin / FIRST,
             jac=True,
             method="L-BFGS-B",
-            bounds=[(FAINTEST / FIRST, None)] + [(0.0, None)] * (self.size - 1),
+            bounds=[(FAINTEST / FIRST, None)] * noises + [(0.0, None)] * (self.size - noises),
             options={"maxiter": STEPS, "ftol": ENOUGH, "maxcor": MEMORY},
         )
         return np.asarray(FIRST * found.x)
 
+    def bound(self, multipliers: Array) -> float:
+        """A lower bound on (RMS attitude error on / off)^2, whatever is left of H - Φ* Φ; minus infinity for none."""
+        H, q, rest = self._lagrangian(multipliers)
+        phi, g = self._factored(H, q)
+        least = float(np.min(np.linalg.eigvalsh(ratio_of(H, phi))))  # H >= least Φ* Φ
+        return rest - float(np.sum(g**2)) / min(least, 1.0) if least > 0.0 else -np.inf
+
     def value(self, multipliers: Array) -> tuple[float, Array]:
-        """A lower bound on (RMS attitude error on / off)^2, and its slope: the limits' excess at the F it is met by."""
-        ground, M = self._ground, self._ground.on.M
-        noise, at_knots = multipliers[0], np.split(multipliers[1:], len(self._limits))
-        weights = [ground.hats.between(each) for each in at_knots]
-        p, q = noise * np.abs(self._heard) ** 2, np.zeros(ground.count, np.complex128)
-        rest = -noise - sum(float(np.mean(weight)) for weight in weights)
-        limits = ((weight, *limit) for weight, limit in zip(weights, self._limits, strict=True))
-        for weight, at, slope in (*ground.error, *limits):
-            p += weight * np.abs(slope) ** 2
-            q = np.asarray(q + weight * np.conj(slope) * at, np.complex128)
-            rest += float(np.mean(weight * np.abs(at) ** 2))
-        factor = M * ground.circle.factor(p / np.abs(M) ** 2)
-        g = ground.circle.causal(np.asarray(q / np.conj(factor), np.complex128))
-        F = -ground.circle.values(g) / factor
-        excess = [ground.hats.gathered(np.abs(at + slope * F) ** 2 - 1.0) for at, slope in self._limits]
-        heard = float(np.mean(np.abs(self._heard * F) ** 2)) - 1.0
-        return rest - float(np.sum(g**2)), np.concatenate([[heard], *excess])
+        """The same with Φ* Φ for H, and its slope: the limits' excess at the F by which it is met."""
+        on, density = self._ground, self._ground.circle.density[:, None]
+        H, q, rest = self._lagrangian(multipliers)
+        phi, g = self._factored(H, q)
+        f = -np.linalg.solve(phi, on.circle.values(g)[:, :, None])
+        least = rest + float(np.mean(np.sum((f.conj() * (H @ f + 2.0 * q[:, :, None])).real, axis=1)))
+        X = f.reshape(-1, on.moments, on.rates) @ on.M
+        heard = density * np.sum(np.abs(X) ** 2, axis=2)
+        far = density * (np.abs(on.at + (on.slopes @ f)[:, :, 0]) * self._margin) ** 2
+        slope = [self._noise * np.mean(heard, axis=0) - 1.0, on.hats.gathered(far - density)]
+        if self._peak:
+            slope.append(on.hats.gathered(self._peak * heard - density))
+        return least, np.concatenate([each.ravel() for each in slope])
+
+    def _lagrangian(self, multipliers: Array) -> tuple[Complex, Complex, float]:
+        """H, q and c of the quadratic in F that is left."""
+        on, density = self._ground, self._ground.circle.density
+        noise, at_knots = np.split(multipliers, [on.moments])
+        limits = density * on.hats.between(at_knots.reshape(self._shape))  # (1 or 2, m, count)
+        disk = self._margin**2 * limits[0].T
+        pulled = disk[:, :, None] * on.slopes.conj()
+        H = on.H + pulled.swapaxes(1, 2) @ on.slopes
+        rows = H.reshape(-1, on.moments, on.rates, on.moments, on.rates)
+        for i, heard in enumerate(self._noise * noise[:, None] * density + self._peak * np.sum(limits[1:], axis=0)):
+            rows[:, i, :, i] += heard[:, None, None] * on.heard
+        q = on.q + (pulled.swapaxes(1, 2) @ on.at[:, :, None])[:, :, 0]
+        spent = float(np.sum(noise) + np.sum(np.mean(limits, axis=2)))
+        return H, q, 1.0 - spent + float(np.mean(np.sum(disk * np.abs(on.at) ** 2, axis=1)))
+
+    def _factored(self, H: Complex, q: Complex) -> tuple[Complex, Array]:
+        """Φ, and [Φ^-* q]_+ as a series."""
+        circle = self._ground.circle
+        phi = circle.factor(H)
+        return phi, circle.causal(np.asarray(np.linalg.solve(_star(phi), q[:, :, None])))[:, :, 0]
 
 
 class Hats:
@@ -177,15 +200,30 @@ class Hats:
         self._part = place - self._left
 
     def between(self, at_knots: Array) -> Array:
-        """From the values at the knots."""
-        return np.asarray(at_knots[self._left] * (1.0 - self._part) + at_knots[self._left + 1] * self._part)
+        """(…, count) from the values at the knots, (…, KNOTS)."""
+        left, right = at_knots[..., self._left], at_knots[..., self._left + 1]
+        return np.asarray(left * (1.0 - self._part) + right * self._part)
 
     def gathered(self, values: Array) -> Array:
-        """The mean over the circle of values times each hat."""
-        here = np.bincount(self._left, values * (1.0 - self._part), KNOTS)
-        return np.asarray((here + np.bincount(self._left + 1, values * self._part, KNOTS)) / len(values))
+        """The mean over angles of each column of `values` (count, columns) times each hat: (columns, KNOTS)."""
+        here = [np.bincount(self._left, column * (1.0 - self._part), KNOTS) for column in values.T]
+        next_one = [np.bincount(self._left + 1, column * self._part, KNOTS) for column in values.T]
+        return np.asarray((np.array(here) + np.array(next_one)) / len(values))
 
 
-def _sines(h: Array) -> Array:
-    """sum h_n sin(n angle), n >= 1."""
-    return np.asarray(fft.dst(np.append(h[1:] / 2.0, 0.0), 3))
+def left_coprime(plant: Any) -> tuple[Any, Any]:
+    """M (p, p) and N (p, m), stable, with G = M^-1 N, from any L with A - L C stable: the bound is the same for all.
+
+    This one is that of the Kalman predictor for white noise on the moments and, on each rate, noise of the size of its
+    first answers (M. Vidyasagar, "Control System Synthesis", 1985, chapter 4).
+    """
+    A, B, C, dt = plant.A, plant.B, plant.C, plant.dt
+    answers = np.stack([C @ np.linalg.matrix_power(A, n) @ B for n in range(len(A))])
+    R = np.diag(np.sum(answers**2, axis=(0, 2)))
+    P = linalg.solve_discrete_are(A.T, C.T, B @ B.T, R)
+    L = np.linalg.solve(R + C @ P @ C.T, C @ P @ A.T).T
+    return ct.ss(A - L @ C, -L, C, np.eye(len(C)), dt), ct.ss(A - L @ C, B, C, np.zeros((len(C), B.shape[1])), dt)
+
+
+def _star(M: Complex) -> Complex:
+    return np.asarray(M.conj().swapaxes(-1, -2))

@@ -30,7 +30,7 @@ from dob_companion.lti.response import response
 from dob_companion.lti.statespace import diagonal
 from dob_companion.synthesis.norms.structured import structured_bounds
 from dob_companion.synthesis.optimal.poles import sections
-from dob_companion.synthesis.optimal.problem import Spectrum, Wanted, grid
+from dob_companion.synthesis.optimal.problem import Block, Spectrum, Wanted, grid
 from dob_companion.synthesis.optimal.realization import all_pass
 
 Array = NDArray[np.float64]
@@ -50,22 +50,6 @@ NEARLY = 0.7
 
 TURNS, STEADY = 4, 1e-4
 """How often scalings and the attitude error at other gains are taken anew, and the change of value that ends it."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Block:
-    """plant (p, m) and controller (m, p), discrete and minimal, the plant strictly proper; delays in samples, one for
-    each moment; attitude_gain in 1/s."""
-
-    plant: Any
-    controller: Any
-    delays: tuple[int, ...]
-    attitude_gain: float
-
-    def __post_init__(self) -> None:
-        """Raise UnsolvableError when the plant answers at once."""
-        if np.any(self.plant.D):
-            raise UnsolvableError("the plant answers at once: the method takes strictly proper ones")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

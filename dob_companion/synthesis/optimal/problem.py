@@ -1,4 +1,4 @@
-"""One axis, its weather and what is wanted, and the responses that every programme shares.
+"""One axis or several, the weather and what is wanted, and the responses that every programme of one axis shares.
 
 Command-invariant observers are d_hat = F (M y_n - N u_e), G = N / M and F any stable filter. With
 
@@ -75,6 +75,22 @@ class Axis:
     def order(self) -> int:
         """Of the plant."""
         return len(self.m) - 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """plant (p, m) and controller (m, p), discrete and minimal, the plant strictly proper; delays in samples, one for
+    each moment; attitude_gain in 1/s."""
+
+    plant: Any
+    controller: Any
+    delays: tuple[int, ...]
+    attitude_gain: float
+
+    def __post_init__(self) -> None:
+        """Raise UnsolvableError when the plant answers at once."""
+        if np.any(self.plant.D):
+            raise UnsolvableError("the plant answers at once: the method takes strictly proper ones")
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from dob_companion.errors import UnsolvableError
 from dob_companion.lti.gramian import gramian
-from dob_companion.lti.response import response, spectral_radius
+from dob_companion.lti.response import largest, response, spectral_radius
 from dob_companion.synthesis.numeric import numbers_judged
 from dob_companion.synthesis.optimal.bound import attenuation_limit
-from dob_companion.synthesis.optimal.problem import Axis, Spectrum, Wanted, grid
+from dob_companion.synthesis.optimal.problem import Block, Spectrum, Wanted, grid
 from dob_companion.synthesis.plant.loop import close_loop
 from dob_companion.synthesis.plant.models import stack
 from dob_companion.synthesis.plant.problem import Problem
@@ -61,14 +61,13 @@ def _findings(problem: Problem, observer: Any, auto: AutoSpec, disk_margin: floa
         return found | {"attenuation_absent": "the attitude loop is unstable, or has no finite error"}
     found["attenuation"] = nominal
     found["attenuation_at_gains"] = {f"{g:g}": attenuation(problem, observer, auto, spectrum, g) for g in GAINS}
-    if len(problem.delays) > 1:
-        return found | {"attenuation_limit_absent": "known for single axes only, and this block couples several"}
+    wanted = _taken(observer, len(problem.plant.C), auto, disk_margin)
     try:
-        axis = Axis.of(problem.plant, problem.controller, problem.delays[0], auto.attitude_gain)
+        with numbers_judged():
+            block = Block(problem.plant, problem.controller, problem.delays, auto.attitude_gain)
+            limit = attenuation_limit(block, spectrum, wanted)
     except UnsolvableError as reason:
         return found | {"attenuation_limit_absent": str(reason)}
-    wanted = _taken(observer, auto, disk_margin)
-    limit = attenuation_limit(axis, spectrum, wanted)
     if not np.isfinite(limit):
         return found | {"attenuation_limit_absent": "no bound was found"}
     at = {"disk_margin": wanted.disk_margin, "noise": wanted.noise}
@@ -132,14 +131,14 @@ def _shape_record(shape: Shape) -> dict[str, object]:
     raise TypeError(f"a spectrum that no [auto] table states: {shape}")
 
 
-def _taken(observer: Any, auto: AutoSpec, disk_margin: float) -> Wanted:
-    """The limits of [auto], each loosened as far as the observer needs."""
-    K, direct = observer.B[:, :1], observer.D[:, :1]
-    power = observer.C @ gramian(observer.A, K) @ observer.C.T + direct @ direct.T
-    heard = np.abs(response(observer, np.linspace(0.0, np.pi, POINTS))[:, 0, 0])
+def _taken(observer: Any, rates: int, auto: AutoSpec, disk_margin: float) -> Wanted:
+    """The limits of [auto], each loosened as far as the observer needs; of several moments the noisiest counts."""
+    K, direct = observer.B[:, :rates], observer.D[:, :rates]
+    power = np.diag(observer.C @ gramian(observer.A, K) @ observer.C.T + direct @ direct.T)
+    heard = largest(response(observer, np.linspace(0.0, np.pi, POINTS))[:, :, :rates])
     return Wanted(
         disk_margin=min(auto.least_disk_margin, disk_margin),
-        noise=max(auto.largest_noise, auto.noise_rms * float(np.sqrt(power[0, 0]))),
+        noise=max(auto.largest_noise, auto.noise_rms * float(np.sqrt(np.max(power)))),
         noise_rms=auto.noise_rms,
         peak=None if auto.largest_peak is None else max(auto.largest_peak, float(np.max(heard))),
     )

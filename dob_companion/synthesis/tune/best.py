@@ -15,7 +15,7 @@ from dob_companion.errors import NotCertifiedError, UnsolvableError
 from dob_companion.lti.response import response
 from dob_companion.synthesis.design import design_block
 from dob_companion.synthesis.optimal.bound import AttenuationLimits
-from dob_companion.synthesis.optimal.problem import Axis, Spectrum, Wanted, attenuation
+from dob_companion.synthesis.optimal.problem import Axis, Block, Spectrum, Wanted, attenuation
 from dob_companion.synthesis.optimal.realization import Weights, weights
 from dob_companion.synthesis.optimal.search import Found, Search, allowed_order
 from dob_companion.synthesis.plant.minimal import minimal
@@ -72,7 +72,8 @@ class _Choice:
         if (uncertain := block.uncertainty) and uncertain.synthesis == "robust":
             asked = Problem(self.plant, self.controller, one, one, delays)
             self.search.factors = factors(self.search.on, uncertain, borne(asked, uncertain), 0)
-        self.bounds = AttenuationLimits(self.axis, self.spectrum, auto.noise_rms)
+        posed = Block(self.plant, self.controller, delays, auto.attitude_gain)
+        self.bounds = AttenuationLimits(posed, self.spectrum, auto.noise_rms)
 
     def _order(self) -> int:
         """States at most."""

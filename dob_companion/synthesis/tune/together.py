@@ -15,10 +15,11 @@ from dob_companion.artifact import DobBlock
 from dob_companion.errors import DobError, NotCertifiedError, UnsolvableError
 from dob_companion.lti.response import response
 from dob_companion.synthesis.design import design_block
-from dob_companion.synthesis.optimal.coupled import Block, Programme, Row, Solved
+from dob_companion.synthesis.optimal.bound import AttenuationLimits
+from dob_companion.synthesis.optimal.coupled import Programme, Row, Solved
 from dob_companion.synthesis.optimal.coupled_weights import coupled_weights
 from dob_companion.synthesis.optimal.poles import free
-from dob_companion.synthesis.optimal.problem import Axis, Spectrum, Wanted
+from dob_companion.synthesis.optimal.problem import Axis, Block, Spectrum, Wanted
 from dob_companion.synthesis.optimal.search import Search
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import from_data, to_state_space
@@ -54,6 +55,7 @@ class _Choice:
         self.yardstick = Yardstick(self.plant, self.controller, self.delays, auto)
         self.posed = Block(self.plant, self.controller, self.delays, auto.attitude_gain)
         self.spectrum = Spectrum(auto.spectrum, auto.disturbance_rms if auto.attitude_gain else None)
+        self.bounds = AttenuationLimits(self.posed, self.spectrum, auto.noise_rms)
         least = -(-(self.plant.nstates + 1) // size)  # for each output to have something free
         self.order = max(ORDER, least)
         if block.largest_order is not None:
@@ -141,8 +143,13 @@ class _Choice:
             _, solved = self.solve(limits, SLACKS[0], poles)
             m = self.measured(solved.observer(self.plant)) if solved else None
             if m is not None and m.attenuation > HELPS:
-                rows.append(Line(limits, m))
+                rows.append(Line(limits, m, self.limit(limits)))
         return tuple(sorted(rows, key=lambda row: (row.asked.disk_margin, row.asked.noise)))
+
+    def limit(self, asked: Limits) -> float | None:
+        """No observer of any order attenuates more within these limits."""
+        limit = self.bounds.of(self.wanted(asked, 1.0))
+        return limit if np.isfinite(limit) else None
 
     def designed(self, poles: tuple[Any, ...]) -> tuple[Matrices, Zpk, DobBlock, Measured]:
         """Weights, and the block solved with them and certified, keeping the limits."""
@@ -216,4 +223,5 @@ def coupled_design(block: BlockSpec, dt: float, auto: AutoSpec) -> tuple[DobBloc
         order=order,
         limited_by=choice.asked.binding(chosen),
         form=f"{order} states; W_d of order {len(W_d.A)} over all axes, W_n constant",
+        limit=choice.limit(choice.asked),
     )

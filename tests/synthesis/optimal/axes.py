@@ -3,7 +3,7 @@
 from dob_companion.comparison.flight import DISTURBANCE_HZ, NOISE_SIGMA, PEAKS_OFF, make_weather
 from dob_companion.comparison.vehicle import ATTITUDE_GAIN, Vehicle
 from dob_companion.synthesis import parse_spec
-from dob_companion.synthesis.optimal.problem import Axis, Spectrum
+from dob_companion.synthesis.optimal.problem import Axis, Block, Spectrum
 from dob_companion.synthesis.plant.models import to_state_space
 from dob_companion.synthesis.spec.spectrum import LowPass
 from docs.shipped import EXAMPLES, SPECS
@@ -25,6 +25,11 @@ def vehicle_of(name, delay=1):
 def axis_of(name, delay=1):
     vehicle = vehicle_of(name, delay)
     return Axis.of(vehicle.plant, vehicle.controller, delay, ATTITUDE_GAIN)
+
+
+def single_of(name, delay=1):
+    vehicle = vehicle_of(name, delay)
+    return Block(vehicle.plant, vehicle.controller, (delay,), ATTITUDE_GAIN)
 
 
 def weather_of(name, delay=1, seeds=3):

@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import control as ct
+import numpy as np
 import pytest
 
 from dob_companion.analysis.attained import attained, attained_words
@@ -12,6 +14,8 @@ from dob_companion.report.attained_bar import WIDTH, attained_bar
 from dob_companion.report.design_page import design_page
 from dob_companion.synthesis import parse_spec, verify
 from dob_companion.synthesis.design import assembled, design_block, with_attenuation
+from dob_companion.synthesis.optimal import bound
+from dob_companion.synthesis.optimal.reached import _taken
 from dob_companion.synthesis.plant.models import from_data
 from dob_companion.synthesis.spec.parse import Model, Weight, Zpk
 from tests.report.material import coupled_design
@@ -98,11 +102,25 @@ def test_an_attitude_loop_that_is_unstable_leaves_the_certificate_and_a_reason()
     assert not {"attenuation", "attenuation_limit"} & set(extra)
 
 
-def test_coupled_axes_have_an_attenuation_and_the_reason_why_no_limit():
+def test_coupled_axes_have_a_limit_too(monkeypatch):
+    monkeypatch.setattr(bound, "EVALUATED", 2**11)
     coupled = coupled_design()
-    extra = with_attenuation(coupled.blocks[0], coupled.dt, spec_of(WEATHER).auto).certificate.extra
-    assert extra["attenuation"] > 1.0
-    assert "couples several" in extra["attenuation_limit_absent"]
+    block = with_attenuation(coupled.blocks[0], coupled.dt, spec_of(WEATHER).auto)
+    extra = block.certificate.extra
+    assert 1.0 < extra["attenuation"] < extra["attenuation_limit"]
+    # Its weights ask for less than [auto] allows of the noise and for more of the margin.
+    assert extra["attenuation_limit_at"]["disk_margin"] == pytest.approx(block.certificate.disk_margin)
+    assert extra["attenuation_limit_at"]["noise"] == pytest.approx(3.0e-4)
+
+
+def test_of_several_moments_the_noisiest_and_of_several_directions_the_loudest_count():
+    """A direct path from each of two rates to both moments: row norms 0.5 and 5, largest singular value 5."""
+    D = np.hstack([[[0.3, 0.4], [4.0, -3.0]], np.zeros((2, 2))])
+    auto = replace(spec_of(WEATHER + "largest_noise_gain = 1.0\n").auto, noise_rms=1e-3)
+    taken = _taken(ct.ss([], [], [], D, 0.004), 2, auto, 0.5)
+    assert taken.noise == pytest.approx(5e-3)
+    assert taken.peak == pytest.approx(5.0)
+    assert taken.disk_margin == 0.4
 
 
 def test_it_is_told_in_words_and_drawn_as_one_bar_that_ends_where_every_observer_does(pitch):
