@@ -47,7 +47,7 @@ def test_a_quoted_measurement_names_a_bench_and_says_what_that_measures():
         "".join(page.read_text(encoding="utf-8") for page in sorted(HERE.glob("*.md"))),
         flags=re.MULTILINE,
     )
-    assert {name for name, _, _ in quoted} == {"lockstep", "optimal", "saturation", "tune", "view"}
+    assert {name for name, _, _ in quoted} == {"coupled", "lockstep", "optimal", "saturation", "tune", "view"}
     for name, title, line in quoted:
         assert (title, line) == (name, import_module(f"bench.{name}").__doc__.partition("\n")[0])
 

@@ -51,7 +51,7 @@ def attained_bar(key: str, found: Attained) -> AttainedBar:
         limit_text=f"any observer: at most {most}" if most else "",
         ticks=tuple(_tick(x(value) if value else 0.0, gain, value) for gain, value in found.at_gains),
         head=f"Attitude error {reached} smaller"
-        + (f", {100.0 * found.share:.0f} % of what is possible." if found.share else "."),
+        + (f", at least {100.0 * found.share:.0f} % of what is possible." if found.share else "."),
         text=f"RMS with {found.weather}, observer off over on. {limit_words(found)} The marks say what is left of it "
         "where the plant answers 30 % less or more strongly than its model.",
         alt=f"A bar as long as the attenuation reached, {reached}"
