@@ -40,7 +40,7 @@ def add_excitation(parser: Any, *, seconds: float = EXCITED_S) -> None:
     add = parser.add_argument
     add("--signal", choices=SIGNALS, default="multisine", help="(%(default)s)")
     add("--seconds", type=float, default=seconds, metavar="S", help="for each axis (%(default)g)")
-    add("--band", type=float, nargs=2, default=(0.3, 40.0), metavar=("LOW", "HIGH"), help="Hz (0.3 40)")
+    add("--band", type=float, nargs=2, default=(0.3, 100.0), metavar=("LOW", "HIGH"), help="Hz (0.3 100)")
     add("--seed", type=int, default=1, metavar="N", help="of the phases (%(default)s)")
     peak = "peak of the moment, normalized torque, 0 to 0.5 (roll=0.06,pitch=0.06,yaw=0.12)"
     add("--amplitude", type=by_axis, action="append", default=[], metavar="AXIS=N", help=peak)

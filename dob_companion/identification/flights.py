@@ -3,14 +3,14 @@
 No window crosses from one to the next. Before that: whether they can be of one aircraft at all, by what they say.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
 
 from dob_companion.identification.agreement import Shift
-from dob_companion.identification.grid import Grid, grid_rate, gridded, timing
+from dob_companion.identification.grid import Grid, Timing, grid_rate, gridded, timing
 from dob_companion.identification.known import Known, known
 from dob_companion.identification.record import Floats, Record
 from dob_companion.identification.result import Interval
@@ -56,11 +56,17 @@ def joined(records: Sequence[Record], rate_hz: float) -> Flights:
         rates=np.concatenate([grid.rates for grid in grids]),
         moment=np.concatenate([grid.moment for grid in grids]),
         known=known,
+        gyro_timing=_slowest(grid.gyro_timing for grid in grids),
+        moment_timing=_slowest(grid.moment_timing for grid in grids),
         injected=_together([grid.injected for grid in grids], grids),
         attitude_setpoint=_together([grid.attitude_setpoint for grid in grids], grids),
         rate_setpoint=_together([grid.rate_setpoint for grid in grids], grids),
     )
     return Flights(grid, whole, ends, grids)
+
+
+def _slowest(timings: Iterable[Timing]) -> Timing:
+    return min(timings, key=lambda one: one.rate_hz)
 
 
 def _together(parts: Sequence[Floats | None], grids: Sequence[Grid]) -> Floats | None:

@@ -17,6 +17,9 @@ FASTEST_HZ = 500.0
 FASTER = 1.2
 """A record this much faster than the rate asked for is taken at its own, up to FASTEST_HZ."""
 
+HIGHEST = 0.4
+"""Highest frequency that a signal shows, of the rate at which it comes: beyond, what folds down is near."""
+
 LINE_POINTS = 8
 """Of a line, in the mean over an interval."""
 
@@ -69,6 +72,11 @@ class Grid:
     def rate_hz(self) -> float:
         """Points a second."""
         return 1.0 / self.dt
+
+    @property
+    def highest_hz(self) -> float:
+        """Highest frequency that is looked at: of a record that was put on a finer grid, what its own samples show."""
+        return HIGHEST * min(self.rate_hz, self.gyro_timing.rate_hz, self.moment_timing.rate_hz)
 
 
 def timing(signal: Signal) -> Timing:

@@ -30,8 +30,6 @@ Spans = tuple[tuple[float, float], ...]
 LONGEST_S, SHORTEST_S = 20.0, 1.0
 FIRST_BIN = 2.5
 """A Hann window cannot tell frequencies below this many cycles a window from a drift."""
-HIGHEST = 0.24
-"""Highest frequency, of the sampling rate."""
 WEAK = 0.05
 """Largest relative variance of S_ur: above, an instrument is too weak and draws the estimate to the direct one."""
 VAGUE = 0.35
@@ -148,13 +146,15 @@ class Level:
         return Level(self.layout, self.middle[inside], Y, V, U, R)
 
 
-def layouts(sizes: Sequence[int], dt: float, resolution: Resolution = SMOOTH) -> tuple[list[Layout], Floats]:
-    """Of all window lengths over stretches of these sizes, samples; and the edges of the bands in Hz."""
+def layouts(
+    sizes: Sequence[int], dt: float, highest_hz: float, resolution: Resolution = SMOOTH
+) -> tuple[list[Layout], Floats]:
+    """Of all window lengths over stretches of these sizes, samples; and the edges of the bands, Hz, to `highest_hz`."""
     longest = min(LONGEST_S, max(sizes) * dt / 3.0, sum(sizes) * dt / LEAST_WINDOWS)
     lengths = [longest]
     while lengths[-1] / 2.0 >= SHORTEST_S:
         lengths.append(lengths[-1] / 2.0)
-    edges = _edges(lengths, HIGHEST / dt, resolution)
+    edges = _edges(lengths, highest_hz, resolution)
     found = [_layout(sizes, length, edges, dt, lengths, resolution) for length in lengths]
     return [layout for layout in found if layout is not None], edges
 

@@ -61,7 +61,8 @@ class Views:
     ) -> tuple[list[Layout], Floats, list[Complexes]]:
         key = (name, spans, resolution)
         if key not in self._kept:
-            all_layouts, edges = layouts([b - a - 1 for a, b in spans], self._grid.dt, resolution)
+            sizes = [b - a - 1 for a, b in spans]
+            all_layouts, edges = layouts(sizes, self._grid.dt, self._grid.highest_hz, resolution)
             signals = [signal(a, b) for a, b in spans]
             self._kept[key] = all_layouts, edges, [one.spectra(signals) for one in all_layouts]
         return self._kept[key]

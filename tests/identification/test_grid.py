@@ -15,6 +15,14 @@ def signal(time, values):
     return Signal(np.asarray(time, float), np.repeat(np.asarray(values, float)[:, None], 3, axis=1))
 
 
+@pytest.mark.parametrize(("gyro_hz", "highest_hz"), [(250.0, 100.0), (150.0, 60.0), (1000.0, 100.0)])
+def test_no_more_is_looked_at_than_the_slower_signal_shows(gyro_hz, highest_hz):
+    time = np.arange(0.0, 0.5, 1.0 / gyro_hz)
+    moment = signal(np.arange(0.0, 0.5, 0.004), np.arange(125) % 2)
+    grid = gridded(Record(source="", rates=signal(time, time), moment=moment), 250.0)
+    assert grid.highest_hz == pytest.approx(highest_hz)
+
+
 def test_a_moment_counts_by_the_time_it_acts_and_a_rate_lies_between_its_neighbours():
     time = np.arange(0.0, 0.2, 0.005)
     moment = signal(np.arange(0.001, 0.2, 0.004), np.arange(50) % 2)

@@ -18,6 +18,8 @@ from dob_companion.report.design_page import design_page
 from dob_companion.report.robust_chart import robust_claims
 from dob_companion.synthesis import design_from_toml, parse_spec, synthesize, verify, zpk
 from dob_companion.synthesis.norms.hinf import hinf_norm
+from dob_companion.synthesis.optimal.problem import Axis, Spectrum
+from dob_companion.synthesis.optimal.search import Search
 from dob_companion.synthesis.plant.loop import close_loop
 from dob_companion.synthesis.plant.models import from_data, stack
 from dob_companion.synthesis.plant.problem import Problem
@@ -26,6 +28,8 @@ from dob_companion.synthesis.robust.bands import robust_bands
 from dob_companion.synthesis.robust.cells import Sample, disks, factor_system, first_cells, mode_root, samples
 from dob_companion.synthesis.robust.destabilize import all_pass, band_pass, destabilized
 from dob_companion.synthesis.robust.interconnection import interconnect
+from dob_companion.synthesis.robust.programme import factors
+from dob_companion.synthesis.spec.spectrum import LowPass
 from dob_companion.synthesis.spec.uncertainty import ChannelUncertainty, Interval, Mode, Uncertainty, parse_uncertainty
 from dob_companion.toml import Table
 from tests.effort import examples
@@ -340,6 +344,20 @@ def test_a_robust_observer_is_optimal_for_its_own_weights_and_keeps_what_auto_as
     assert proof.delay_margin_samples >= 1
     assert proof.slowest_mode_s <= 0.5
     assert proof.extra["order"] <= 6
+
+
+def test_what_the_loop_does_not_bear_at_one_frequency_takes_nothing_from_the_others():
+    """Of a bound of 0.95 below 1 Hz, where the loop answers in full, it bears 1.05 times as much."""
+    axis = Axis.of(PLANT, PID, 1, 0.0)
+    on = Search(axis, Spectrum(LowPass(1.0)), 6).on
+    stated = ChannelUncertainty(frequency_hz=(0.0, 1.0, 2.0, 60.0), multiplicative=(0.95, 0.95, 0.1, 0.9))
+    kept = factors(on, one(stated), 1.02, 0).bound
+    hertz = on.angles / (2.0 * np.pi * DT)
+    times = kept / np.interp(hertz, stated.frequency_hz, stated.multiplicative)
+    assert np.all((times > 1.019) & (times < 2.001))
+    assert np.max(times[hertz < 1.0]) < 1.05
+    assert np.all(times[hertz > 2.0] == pytest.approx(2.0))
+    assert np.max(kept * np.abs(1.0 - on.S)) < 1.0
 
 
 def test_an_uncertainty_that_leaves_no_room_for_the_limits_is_refused_in_words():

@@ -38,7 +38,7 @@ class Factors:
     def limits(self, on: Responses, F: Complex) -> list[Limit]:
         """One for each phi, with lines turned to suit an F."""
         turn, _ = self._turned(on, F)
-        room = np.minimum(ROOM, SHARE * np.maximum(self._turned(on, np.zeros_like(F))[1], 1e-9))
+        room = np.minimum(ROOM, SHARE * np.maximum(self.apart(on), 1e-9))
         rest, forward = (1.0 - on.S) / room, on.S * on.late * on.N / room
         return [
             Limit(
@@ -53,6 +53,10 @@ class Factors:
             )
             for phi in self.phi
         ]
+
+    def apart(self, on: Responses) -> Array:
+        """Distance that the loop without observer keeps from the origin, at each angle."""
+        return self._turned(on, np.zeros_like(on.S))[1]
 
     def _turned(self, on: Responses, F: Complex) -> tuple[Complex, Array]:
         """The best direction at each angle, and the distance from the origin there."""

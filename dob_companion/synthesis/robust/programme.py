@@ -1,9 +1,9 @@
 """A robust observer of one axis by the convex programme: the best in its weather that every plant of the set bears.
 
 The set that is kept stable is the stated one made wider by WIDER, or by as much as the loop without observer bears, for
-no observer bears more. Its plants enter as factors of the model (`optimal/factors.py`): all vertices. What lies between
-them is proved afterwards, by `analysis`, and where the proof falls short of what was asked the search is repeated with
-random plants from inside the set.
+no observer bears more: a bound over frequency at each frequency by itself. Its plants enter as factors of the model
+(`optimal/factors.py`): all vertices. What lies between them is proved afterwards, by `analysis`, and where the proof
+falls short of what was asked the search is repeated with random plants from inside the set.
 """
 
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from dob_companion.artifact import Certificate
 from dob_companion.errors import UnsolvableError
 from dob_companion.lti.response import response
 from dob_companion.synthesis.certify.certificate import Claim, certify
-from dob_companion.synthesis.optimal.factors import Factors
+from dob_companion.synthesis.optimal.factors import ROOM, Factors
 from dob_companion.synthesis.optimal.problem import Axis, Responses, Spectrum, Wanted
 from dob_companion.synthesis.optimal.realization import weights
 from dob_companion.synthesis.optimal.search import Search, allowed_order
@@ -33,6 +33,9 @@ WIDER = 2.0
 
 INSIDE = (0, 12)
 """Random plants beside the vertices."""
+
+STEPS = 12
+"""Sizes tried where the stated set, uniformly wider, is more than the loop without observer bears."""
 
 SLACK = 1.001
 """The search keeps clear of the limits by this factor, which a grid of angles takes."""
@@ -97,8 +100,20 @@ def factors(on: Responses, uncertainty: Uncertainty, width: float, inside: int) 
     channel = wide.channels[0]
     phi = [response(factor_system(wide, one, on.dt), on.angles)[:, 0, 0] for one in samples(wide, inside, SEED)]
     hertz = on.angles / (2.0 * np.pi * on.dt)
-    bound = np.interp(hertz, channel.frequency_hz, channel.multiplicative) if channel.multiplicative else 0.0 * hertz
-    return Factors(np.array(phi), np.asarray(bound, dtype=np.float64))
+    if not channel.multiplicative:
+        return Factors(np.array(phi), np.zeros(len(hertz)))
+    bound = np.asarray(np.interp(hertz, channel.frequency_hz, channel.multiplicative), dtype=np.float64)
+    return _widened(Factors(np.array(phi), bound), on, WIDER / width)
+
+
+def _widened(wide: Factors, on: Responses, most: float) -> Factors:
+    """The bound up to `most` times as large at each frequency by itself, where the loop without observer bears it: what
+    it does not bear at one says nothing of another."""
+    bound = wide.bound
+    for more in np.linspace(1.0, most, STEPS)[1:]:
+        larger = more * wide.bound
+        bound = np.where(replace(wide, bound=larger).apart(on) > ROOM, larger, bound)
+    return replace(wide, bound=bound)
 
 
 def _wanted(auto: AutoSpec) -> Wanted:
