@@ -19,11 +19,12 @@ from dob_companion.identification.result import Bound, Complexes, Floats
 LEAST = 0.02
 ABOVE = 0.25
 """At least, just above the band."""
-MOST, MOST_BELOW = 3.0, 0.9
-"""Far above the band; below it: there a rigid body has nothing to hide but its slow pole."""
+MOST, MOST_BELOW, BELOW_HZ = 3.0, 0.9, 2.5
+"""Far above the band; below it, and below so many Hz where it was seen badly: there a rigid body has nothing to hide
+but its slow pole. A bound of 1 would hold an aircraft that does not answer at all, and no loop is proved for that."""
 NEAR = 0.5
 """Octaves to either side over which the misfit is averaged."""
-KNOTS = 10
+KNOTS = 12
 SHARPER, FLANK = 1.4, 1.03
 """A peak is this much higher than windows show, and wider to either side."""
 MOST_PEAK = 10.0
@@ -156,6 +157,7 @@ def _measured(chosen: Fit, averages: Floats, scatter: float) -> Floats:
     local = np.sqrt(f_distribution.ppf(1.0 - JOINTLY / regions, 2.0, freedom * near.sum(axis=1)))
     single = np.sqrt(f_distribution.ppf(1.0 - JOINTLY / len(off), 2.0, freedom))
     smooth = np.abs(np.sum(weight * off, axis=1)) / total + local / np.sqrt(total)
+    smooth = np.where(data.frequency < 2.0 * np.pi * BELOW_HZ, np.minimum(smooth, MOST_BELOW), smooth)
     odd = np.where(np.abs(off) > single * noise, np.abs(off) + noise, 0.0)
     return np.asarray(np.clip(np.maximum(smooth, odd), LEAST, MOST))
 

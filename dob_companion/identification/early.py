@@ -24,11 +24,18 @@ def doubt(richest: Fit) -> str:
     if richest.parameters[DELAY] > NONE_S:
         return ""
     data = richest.data
-    late = replace(data, value=data.value * np.exp(-1j * data.frequency * AHEAD_S))
+    turn = np.exp(-1j * data.frequency * AHEAD_S)
+    late = replace(data, value=data.value * turn, rest=data.rest * turn)
     start = richest.parameters.copy()
     start[DELAY] += AHEAD_S
-    moved = min(rigid(late), fit(late, richest.free, start), key=lambda one: one.squares)
-    if (richest.squares - moved.squares) / max(1.0, moved.chi2) < INSIST:
+    scatter, points = max(1.0, richest.chi2), float(np.log(2.0 * len(data.frequency)))
+
+    def criterion(one: Fit) -> float:
+        """BIC: modes that are none stand in for what is early as well, at many parameters."""
+        return one.squares / scatter + points * len(one.free)
+
+    moved = min(rigid(late), fit(late, richest.free, start), key=criterion)
+    if criterion(richest) - criterion(moved) < INSIST:
         return ""
     delay, latest = float(moved.parameters[DELAY]) - AHEAD_S, -WITHIN * data.dt
     rest = tuple(k for k in moved.free if k != DELAY)

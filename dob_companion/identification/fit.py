@@ -30,6 +30,10 @@ FAR = 64.0
 """Deviations to which an interval is followed."""
 SHARED = 1.4
 """Variance of parameters over that of independent frequencies: neighbouring bands share windows. By simulation."""
+GAUSS_NEWTON = 4
+"""Steps to the best gain, from that of fixed deviations."""
+LEAST_SHARE = 0.02
+"""Of the variance: what wind and noise do alike to input and output is never all of it."""
 NIL = 1e-5
 """Of a parameter's scale: what a bound is as good as reached by."""
 LEADS = (-0.01, 0.01, 0.03)
@@ -49,13 +53,21 @@ def _poles(den: tuple[float, ...]) -> Complexes:
 
 @dataclass(frozen=True, slots=True)
 class Data:
-    """A response over n frequencies (rad/s) at `dt`: value, its standard deviation, and the known factor of it."""
+    """A response over n frequencies (rad/s) at `dt`: value, its standard deviation, and the known factor of it.
+
+    rest, weak: see `spectra.Estimate`. Where an instrument is weak, chance draws the value towards `rest`, and the more
+    it does so the smaller the deviation seems, so that weighted squares are biased. The deviation is therefore that
+    which the data would have if the model were true (limited information maximum likelihood: T. Anderson and H. Rubin,
+    Ann. Math. Stat. 20, 1949; in the frequency domain R. Pintelon and J. Schoukens, chapter 9).
+    """
 
     frequency: Floats
     value: Complexes
     deviation: Floats
     known: Transfer
     dt: float
+    rest: Complexes | complex = 0.0
+    weak: Floats | float = 0.0
 
     def model(self, p: Floats) -> Complexes:
         """Response of unit gain; p: slow pole, lag, delay, lead, then each peak's and its dip's (rad/s, damping)."""
@@ -87,10 +99,25 @@ class Data:
 
     def _best(self, model: Complexes) -> float:
         weighted = model / self.deviation
-        return float(np.sum((weighted.conj() * self.value / self.deviation).real) / np.sum(np.abs(weighted) ** 2))
+        gain = float(np.sum((weighted.conj() * self.value / self.deviation).real) / np.sum(np.abs(weighted) ** 2))
+        if not np.any(self.weak):
+            return gain
+        for _ in range(GAUSS_NEWTON):
+            deviation = self._if_true(gain * model)
+            off = (gain * model - self.value) / deviation
+            widens = self.weak * (model.conj() * (gain * model - self.rest)).real / deviation**2
+            slope = model / deviation - off * widens
+            gain -= float(np.sum((slope.conj() * off).real) / np.sum(np.abs(slope) ** 2))
+        return gain
+
+    def _if_true(self, model: Complexes) -> Floats:
+        """Deviation of the value were this the true response."""
+        least = self.deviation**2 - self.weak * np.abs(self.value - self.rest) ** 2
+        floor = LEAST_SHARE * self.deviation**2
+        return np.asarray(np.sqrt(np.maximum(least, floor) + self.weak * np.abs(model - self.rest) ** 2))
 
     def _left(self, model: Complexes) -> Floats:
-        misfit = (model - self.value) / self.deviation * np.sqrt(2.0)
+        misfit = (model - self.value) / self._if_true(model) * np.sqrt(2.0)
         return np.concatenate([misfit.real, misfit.imag])
 
 

@@ -276,6 +276,8 @@ class _Axis:
             found.deviation * np.abs(factor),
             self._known.in_record,
             self._grid.dt,
+            found.rest * factor,
+            found.weak,
         )
 
     def _at(self, reference: Floats, frequency: Floats) -> np.ndarray:

@@ -14,7 +14,8 @@ from dob_companion.identification.surroundings import Surroundings
 from dob_companion.lti.margins import disk_margin
 from dob_companion.lti.response import response
 from dob_companion.synthesis.plant.models import to_state_space
-from dob_companion.synthesis.spec.parse import Spec, parse_spec
+from dob_companion.synthesis.spec.auto import NOISE_IN_CORRECTION
+from dob_companion.synthesis.spec.parse import BlockSpec, Spec, parse_spec
 
 ASSUMED_CORNER_HZ = 1.0
 """Of gusts, where the recorded air was too calm to show a corner."""
@@ -25,8 +26,15 @@ LEAST_NOISE = 5e-4
 MARGIN_KEPT, LEAST_MARGIN, MOST_MARGIN = 0.8, 0.2, 0.4
 """The loop with the observer is to keep this share of the disk margin that it has without, within these ends."""
 
+NOISIER, DEVIATIONS = 2.0, 3.0
+"""Gyro noise may be this many times as large in the correction as the rate controller makes it in the torque, which the
+motors are known to bear; so many deviations of it and of the disturbance stay within what may be corrected."""
+
 QUIETER = 0.9
 """Share of the noisiest axis' noise below which an axis states its own."""
+
+ANGLES = 500
+"""Frequencies that a mean over all is taken of."""
 
 LOOP_FROM_HZ, LEAST_LOOP, LOOP_BANDS, LOOP_OFF = 1.5, 0.3, 3, 0.5
 """Loops are compared from so many Hz on, where one is this large, in so many bands: by their distance, relative."""
@@ -50,19 +58,19 @@ def spec_text(
     if not axes:
         reasons = "; ".join(f"{axis}: {result.why}" for axis, result in found.axes.items())
         raise InputError(f"{found.source}: no axis is usable: {reasons}")
-    models, quieter = {axis: _model(found, axis) for axis in axes}, _quieter(surroundings)
-    blocks = [
-        line
-        for axis, model in models.items()
-        for line in _block(
-            axis, rigid(model, rate_hz), model.modes, controllers, surroundings.get(axis), quieter.get(axis)
-        )
-    ]
+    models = {axis: _model(found, axis) for axis in axes}
+    bare = {axis: rigid(model, rate_hz) for axis, model in models.items()}
+
+    def blocks(own: Mapping[str, Sequence[str]]) -> list[str]:
+        each = (_block(axis, bare[axis], models[axis].modes, controllers, surroundings.get(axis), own) for axis in axes)
+        return [line for lines in each for line in lines]
+
     head = [*_head(found, controllers), *_design(rate_hz, delay_samples)]
-    baseline = _parsed("\n".join([*head, *blocks]), found.source)
+    baseline = _parsed("\n".join([*head, *blocks({})]), found.source)
     _require_same_loop(baseline, found, controllers.attitude_gain.value)
     margin = _baseline_margin(baseline)
-    return "\n".join([*head, *_auto(surroundings, controllers, margin), *blocks]) + "\n"
+    own = _own(baseline, surroundings)
+    return "\n".join([*head, *_auto(surroundings, controllers, margin), *blocks(own)]) + "\n"
 
 
 def _model(found: Identification, axis: str) -> AxisModel:
@@ -114,11 +122,40 @@ def _auto(
     yield ""
 
 
-def _quieter(surroundings: Mapping[str, Surroundings | None]) -> dict[str, float]:
-    """Gyro noise of each axis that has less than the noisiest, which [auto] states."""
-    noise = {axis: max(LEAST_NOISE, a.noise_rms.value) for axis, a in surroundings.items() if a is not None}
+def _own(baseline: Spec, surroundings: Mapping[str, Surroundings | None]) -> dict[str, list[str]]:
+    """What an axis asks that [auto] does not: gyro noise less than the noisiest axis', which [auto] states, and more of
+    it in the correction than the default."""
+    seen = {axis: around for axis, around in surroundings.items() if around is not None}
+    noise = {axis: max(LEAST_NOISE, around.noise_rms.value) for axis, around in seen.items()}
     most = max(noise.values(), default=0.0)
-    return {axis: _round(value) for axis, value in noise.items() if value < QUIETER * most}
+    own: dict[str, list[str]] = {}
+    for block in baseline.blocks:
+        axis = block.name
+        if axis not in seen:
+            continue
+        lines = own.setdefault(axis, [])
+        if noise[axis] < QUIETER * most:
+            lines.append(f"noise_rms = {number(_round(noise[axis]))}   # rad/s; measured")
+        made = noise[axis] * _noise_gain(block, baseline.dt)
+        rms = seen[axis].disturbance_rms.value
+        room = np.sqrt(max(0.0, (_largest_disturbance(rms) / DEVIATIONS) ** 2 - rms**2))
+        if (allowed := min(NOISIER * made, room)) > NOISE_IN_CORRECTION:
+            said = f"the rate controller makes {made:.2g} of this gyro's noise"
+            lines.append(f"largest_noise_in_correction = {number(float(f'{allowed:.2g}'))}   # {said}")
+    return own
+
+
+def _noise_gain(block: BlockSpec, dt: float) -> float:
+    """RMS of the torque that the rate loop makes of white gyro noise of 1 rad/s RMS."""
+    angles = (np.arange(ANGLES) + 0.5) / ANGLES * np.pi
+    plant, controller = (
+        response(to_state_space(model, dt, (1, 1)), angles)[:, 0, 0] for model in (block.plant, block.controller)
+    )
+    return float(np.sqrt(np.mean(np.abs(controller / (1.0 + plant * controller)) ** 2)))
+
+
+def _largest_disturbance(rms: float) -> float:
+    return min(max(LIMIT_OF_RMS * rms, LEAST_LIMIT), MOST_LIMIT)
 
 
 def _corner(seen: Mapping[str, Surroundings]) -> str:
@@ -136,17 +173,16 @@ def _block(
     modes: Sequence[Mode],
     controllers: Controllers,
     around: Surroundings | None,
-    quieter: float | None,
+    own: Mapping[str, Sequence[str]],
 ) -> Iterator[str]:
-    """`quieter`: gyro noise of this axis where [auto] states more."""
+    """`own`: lines of [block.auto], by axis."""
     yield from ("[[block]]", f'name = "{axis}"', f'axes = ["{axis}"]')
     if around is not None:
         rms = around.disturbance_rms.value
-        limit = number(_round(min(max(LIMIT_OF_RMS * rms, LEAST_LIMIT), MOST_LIMIT)))
+        limit = number(_round(_largest_disturbance(rms)))
         yield f"largest_disturbance = {limit}   # {LIMIT_OF_RMS:g} times the rms of {rms:.2g} that was seen"
-    if quieter is not None:
-        yield "[block.auto]"
-        yield f"noise_rms = {number(quieter)}   # rad/s; measured"
+    if lines := own.get(axis):
+        yield from ("[block.auto]", *lines)
     yield "[block.plant]"
     yield from comment("; ".join(_about(model)))
     for mode in modes:

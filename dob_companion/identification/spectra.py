@@ -41,6 +41,7 @@ LEFT = 2.0
 """Least averages beyond the axes that are estimated together."""
 NEIGHBOURS = np.array([1.0, -2.0 / 3.0, 1.0 / 6.0])
 """Correlation of white noise between bins of a Hann window, 0, 1 and 2 apart; 1/6 also between windows half over."""
+COMPLEX = ("value", "direct", "loop", "rest")
 CLUSTERS = 8
 """From so many windows on, the scatter between them counts as well."""
 
@@ -61,7 +62,9 @@ FINE = Resolution((100.0, 200.0), 1.02)
 @dataclass(frozen=True, slots=True)
 class Estimate:
     """Ratio H of an axis over n bands: fields as in `result.Response`; direct is the ratio S_yv / S_vv, loop what
-    closes around an instrument that adds to u, S_rr / S_ur - 1."""
+    closes around an instrument that adds to u, S_rr / S_ur - 1. rest and weak: what is left of y and v without the
+    instruments has the ratio `rest` (wind and noise, by the controller), and is the part `weak` of S_vr, by variance.
+    """
 
     frequency: Floats
     value: Complexes
@@ -72,6 +75,8 @@ class Estimate:
     averages: Floats
     direct: Complexes
     loop: Complexes
+    rest: Complexes
+    weak: Floats
 
     def at(self, where: NDArray[np.bool_]) -> "Estimate":
         """Some of the bands."""
@@ -196,13 +201,13 @@ def estimate(
         if kept is None:
             continue
         bands, one = _of_level(kept, axis, np.inf if gaps else VAGUE)
-        own = one.deviation**-2
+        own = one.averages  # and not by deviations: these are the smaller, the nearer chance draws to `rest`
         weight[bands] += own
         for total, each in zip(sums, fields(Estimate), strict=True):
             total[bands] += own * getattr(one, each.name)
     got = weight > 0.0 if gaps else _longest_run(weight > 0.0)
     means = {each.name: total[got] / weight[got] for total, each in zip(sums, fields(Estimate), strict=True)}
-    numbers: dict[str, Any] = {n: mean if n in ("value", "direct", "loop") else mean.real for n, mean in means.items()}
+    numbers: dict[str, Any] = {name: mean if name in COMPLEX else mean.real for name, mean in means.items()}
     return Estimate(**numbers)
 
 
@@ -242,13 +247,13 @@ def _of_level(level: Level, axis: int, vague: float) -> tuple[Indices, Estimate]
     variance = np.maximum(S_ee * level.banded(_noise_through(instrument, index)), _scatter(level, error * instrument))
     own, deviation = V[:, :, axis], np.sqrt(variance)
     weight = np.sum(np.abs(own * instrument), axis=0)
+    left_of_own = own - np.einsum("bk,wbk->wb", _ratio(level, own, strong, axis)[index], R)
+    S_oo = np.maximum(level.banded(_power(left_of_own)), 1e-300)
+    S_eo = level.banded(np.sum(error * left_of_own.conj(), axis=0))
     direct = level.banded(np.sum(Y * own.conj(), axis=0)) / np.maximum(level.banded(_power(own)), 1e-300)
-    # Chance coherence draws to the direct estimate by this share of the way, to first order; of an axis by itself.
-    drawn = (1.0 - coherence_u[:, axis]) / np.maximum(coherence_u[:, axis] * averages, 1e-300)
-    drawn[np.count_nonzero(H, axis=1) > 1] = 0.0
     estimate = Estimate(
         frequency=2.0 * np.pi * level.banded(weight * level.layout.hertz) / np.maximum(level.banded(weight), 1e-300),
-        value=H[:, axis] + drawn * (H[:, axis] - direct),
+        value=H[:, axis],
         deviation=deviation,
         band=deviation * np.sqrt(f_distribution.ppf(0.95, 2.0, 2.0 * np.maximum(left, 1.0))),
         coherence_u=coherence_u[:, axis],
@@ -256,9 +261,21 @@ def _of_level(level: Level, axis: int, vague: float) -> tuple[Indices, Estimate]
         averages=averages,
         direct=direct,
         loop=_loop(level, axis),
+        rest=H[:, axis] + S_eo / S_oo,
+        weak=variance * S_oo / np.maximum(level.banded(_power(error)), 1e-300),
     )
     good = strong[:, axis] & (left >= LEFT) & (deviation > 0.0) & (deviation < vague * np.abs(H[:, axis]))
     return level.layout.bands[good], estimate.at(good)
+
+
+def _ratio(level: Level, x: Complexes, strong: NDArray[np.bool_], axis: int) -> Complexes:
+    """Of a signal (windows, bins) to the instruments that count, (bands, 3)."""
+    R = level.R
+    S_rr = level.banded(np.einsum("wbk,wbj->bkj", R, R.conj()))
+    S_xr = level.banded(np.einsum("wb,wbj->bj", x, R.conj()))
+    _leave_out(S_rr, S_xr, strong, axis)
+    inverse = np.linalg.inv(S_rr) if np.all(np.linalg.cond(S_rr) < 1e12) else np.linalg.pinv(S_rr)
+    return np.asarray(np.einsum("bj,bjk->bk", S_xr, inverse))
 
 
 def _leave_out(S_vr: Complexes, S_yr: Complexes, strong: NDArray[np.bool_], axis: int) -> None:

@@ -21,7 +21,7 @@ from tests.identification.hovering import Axis, fly, record
 LINK_S = 0.008
 """Two samples."""
 
-LOOKED_AT_HZ = (0.1, 40.0)
+LOOKED_AT_HZ = (0.1, 100.0)
 FIRST_SEED = 1000
 COLUMNS = ("usable", "bound", "gain", "slow pole", "lag", "delay")
 
@@ -42,7 +42,7 @@ AXES = {"roll": ROLL, "pitch": PITCH, "yaw": YAW}
 @cache
 def flight(seed: int) -> Identification:
     """What is found of one flight."""
-    return identify(record(fly(AXES.values(), 90, seed, coupling=0.02, band=(0.15, 40.0))))
+    return identify(record(fly(AXES.values(), 90, seed, coupling=0.02, band=(0.15, 100.0))))
 
 
 def held(found: AxisResult) -> dict[str, bool]:

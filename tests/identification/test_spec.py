@@ -1,5 +1,6 @@
 """The spec that an identification writes is one that `design` reads, and says where each number comes from."""
 
+import control as ct
 import numpy as np
 import pytest
 
@@ -84,6 +85,24 @@ def test_each_axis_has_its_own_gyro_noise():
     }
     spec = parse_spec(spec_text(found, by_parameters(copter(), found.usable), seen, TWO, 250.0))
     assert [block.auto.noise_rms for block in spec.blocks] == pytest.approx([0.14, 0.07, 0.0005])
+
+
+def test_a_noisy_gyro_may_show_in_the_correction_as_the_rate_controller_shows_it_in_the_torque():
+    noise = {"roll": 0.05, "pitch": 2e-3, "yaw": 3.0}
+    found = identified(roll=model(306.0), pitch=model(306.0), yaw=model(14.5))
+    seen = {
+        axis: Surroundings(noise_rms=about(rms), disturbance_rms=about(0.02), corner_hz=about(1.0), windows=9)
+        for axis, rms in noise.items()
+    }
+    text = spec_text(found, by_parameters(copter(), found.usable), seen, TWO, 250.0)
+    roll, pitch, yaw = parse_spec(text).blocks
+    torque = ct.feedback(*(to_state_space(model, 0.004, (1, 1)) for model in (roll.controller, roll.plant)))
+    P = ct.dlyap(torque.A, torque.B @ torque.B.T)
+    made = noise["roll"] * float(np.sqrt((torque.C @ P @ torque.C.T + torque.D @ torque.D.T).item()))
+    assert roll.auto.largest_noise == pytest.approx(2.0 * made, rel=0.03)
+    assert f"the rate controller makes {made:.2g} of this gyro's noise" in text
+    assert pitch.auto.largest_noise == 0.01
+    assert 3.0 * np.hypot(yaw.auto.largest_noise, 0.02) == pytest.approx(yaw.largest_disturbance, rel=0.02)
 
 
 def test_what_was_not_seen_is_assumed_and_says_so():
