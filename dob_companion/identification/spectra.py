@@ -39,6 +39,8 @@ LEAST_WINDOWS = 4.5
 BRIDGED = 2
 LEFT = 2.0
 """Least averages beyond the axes that are estimated together."""
+LEAST_FREEDOM = 5.0
+"""Degrees of freedom of a variance: with fewer its inverse has no variance."""
 NEIGHBOURS = np.array([1.0, -2.0 / 3.0, 1.0 / 6.0])
 """Correlation of white noise between bins of a Hann window, 0, 1 and 2 apart; 1/6 also between windows half over."""
 COMPLEX = ("value", "direct", "loop", "rest")
@@ -77,6 +79,14 @@ class Estimate:
     loop: Complexes
     rest: Complexes
     weak: Floats
+
+    @property
+    def wider(self) -> Floats:
+        """By how much more variance a fit may count each band. A variance estimated from few averages is small by
+        chance as often as large, and weighs too much when it is: of weights 1/s² with nu degrees of freedom a mean
+        scatters by (nu - 2) / (nu - 4) more than of the true ones, and believes in (nu - 2) / nu of that."""
+        freedom = np.maximum(2.0 * (self.averages - LEFT), LEAST_FREEDOM)
+        return np.asarray(freedom / (freedom - 4.0))
 
     def at(self, where: NDArray[np.bool_]) -> "Estimate":
         """Some of the bands."""
