@@ -22,6 +22,8 @@ from dob_companion.autopilots.transfer import (
 )
 
 LOOP_RATE, GYRO_FILTER = "SCHED_LOOP_RATE", "INS_GYRO_FILTER"
+QUADPLANE = "Q_ENABLE"
+"""Whether a plane hovers on rotors besides."""
 _AXES = {"roll": "RLL", "pitch": "PIT", "yaw": "YAW"}
 _OF_AN_AXIS = ("P", "I", "D", "FF", "D_FF", "FLTT", "FLTE", "FLTD", "SMAX", "PDMX", "NEF")
 _NOTCHES = ("INS_HNTCH_", "INS_HNTC2_")
@@ -42,10 +44,11 @@ def ardupilot(prefix: str) -> Autopilot:
     gains = [f"{prefix}RAT_{short}_{what}" for short in _AXES.values() for what in _OF_AN_AXIS]
     notches = [each + what for each in _NOTCHES for what in _OF_A_NOTCH]
     angle, boost = f"{prefix}ANG_RLL_P", f"{prefix}THR_G_BOOST"
+    quadplane = () if prefix == "ATC_" else (QUADPLANE,)
     return Autopilot(
         name="ArduPilot" if prefix == "ATC_" else "ArduPilot quadplane",
         telltale=f"{prefix}RAT_RLL_P",
-        names=(*gains, angle, boost, LOOP_RATE, GYRO_FILTER, *notches),
+        names=(*gains, angle, boost, LOOP_RATE, GYRO_FILTER, *notches, *quadplane),
         attitude_gain=angle,
         delay_samples=2,
         loop=lambda parameters, axis: _loop(parameters, axis, prefix),

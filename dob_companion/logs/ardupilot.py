@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from dob_companion.autopilots.ardupilot import QUADPLANE
 from dob_companion.errors import LogError
 from dob_companion.files import read_bytes
 from dob_companion.identification.record import Floats, Record
@@ -274,7 +275,7 @@ def _vehicle(log: DataFlash, parameters: dict[str, float]) -> str:
         name = next((word for word in _VEHICLES if text.startswith(word)), None)
         if name is not None:
             vehicle = _VEHICLES[name]
-            if vehicle == "plane" and parameters.get("Q_ENABLE", 0.0) > 0.0:
+            if vehicle == "plane" and parameters.get(QUADPLANE, 0.0) > 0.0:
                 return "vtol plane"
             return _CLASSES.get(round(parameters.get("FRAME_CLASS", 0.0)), vehicle) if "opter" in name else vehicle
     return ""

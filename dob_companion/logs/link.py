@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dob_companion.autopilots.ardupilot import QUADPLANE
 from dob_companion.errors import LogError
 from dob_companion.identification.record import Record
 from dob_companion.logs.found import Found, Setting, records
@@ -83,7 +84,7 @@ class _Collector:
                 self._fact("armed", place, fact.armed)
                 self._fact("standing", place, fact.status in self._landed.standing_by)
             case FlightState() if fact.landed is not Landed.UNKNOWN:
-                self._fact("flying", place, fact.landed is not Landed.ON_GROUND)
+                self._fact("flying", place, fact.landed is not Landed.ON_GROUND and not fact.forward)
 
     def _signal(self, name: str, place: int, stamp_us: int, values: tuple[float, ...]) -> None:
         self.signals.setdefault(name, _Rows([], [], [])).add(place, stamp_us * 1e-6, values)
@@ -138,6 +139,12 @@ def _flying(collector: _Collector, make: str) -> None:
         collector.facts["flying"] = places, [not stands for stands in holds]
 
 
+def _vehicle(identity: Identity, settings: Iterable[Setting]) -> str:
+    """A quadplane's heartbeat is a plane's, unless its Q_MAV_TYPE says better."""
+    quadplane = any(name == QUADPLANE and value for _, name, value in settings)
+    return f"vtol {identity.vehicle}" if quadplane and identity.vehicle == "plane" else identity.vehicle
+
+
 def _found(collector: _Collector, identity: Identity, source: str, remarks: tuple[str, ...]) -> Found:
     _flying(collector, identity.make)
     signals = {name: rows.series() for name, rows in collector.signals.items()}
@@ -145,7 +152,7 @@ def _found(collector: _Collector, identity: Identity, source: str, remarks: tupl
     return Found(
         source=source,
         make=identity.make if identity.make in _FILTERED else "",
-        vehicle=identity.vehicle,
+        vehicle=_vehicle(identity, collector.settings),
         rates=rates,
         moment=moment,
         others=signals,

@@ -72,6 +72,29 @@ def write(path, frames_in, step_s=0.002):
     return path
 
 
+def packed(*said):
+    return [bytes(message.pack(VEHICLE)) for message in said]
+
+
+@pytest.mark.parametrize(("quadplane", "vehicle"), [(0.0, "plane"), (1.0, "vtol plane")])
+def test_a_plane_with_lifting_rotors_is_a_vtol(tmp_path, quadplane, vehicle):
+    plane = mav.MAVLink_heartbeat_message(1, 3, 209, 15, 4, 3)
+    told = mav.MAVLink_param_value_message(b"Q_ENABLE", quadplane, 9, 1, 0)
+    (record,) = read_log(write(tmp_path / "x.tlog", packed(plane, told) + flight(0, 100)[1:]))
+    assert record.vehicle == vehicle
+
+
+def test_a_vtol_flies_for_us_only_while_it_says_that_it_is_a_multicopter(tmp_path):
+    multicopter, to_plane, plane, in_air = 3, 1, 4, 2
+    said = [flight(400_000 * k, 100) for k in range(3)]
+    states = [packed(mav.MAVLink_extended_sys_state_message(vtol, in_air)) for vtol in (multicopter, to_plane, plane)]
+    log = write(
+        tmp_path / "x.tlog", [frame for pair in zip(states, said, strict=True) for each in pair for frame in each]
+    )
+    (record,) = read_log(log)
+    assert record.flying.at(np.array([0.2, 0.6, 1.0])).tolist() == [True, False, False]
+
+
 def test_a_reboot_gives_two_records(tmp_path):
     log = write(tmp_path / "x.tlog", [*flight(50_000_000, 500), *flight(2_000_000, 300, seed=1)])
     first, second = read_log(log)
