@@ -31,7 +31,7 @@ local SAY_US = 1000000         -- at most one text in this time
 local LIMIT_PER_S = 0.2        -- a changed limit is moved to at this rate
 local LEAST_THROTTLE = 0.05    -- nothing is added below this throttle,
 local FULL_THROTTLE = 0.10     -- and all of it from this one on
-local HOVER_PITCH = 0.7854     -- a tail-sitter is in hover with the nose above this, rad
+local HOVER_PITCH = 0.7854     -- a tail-sitter is out of hover with the nose below this, rad
 
 local THROTTLE_UNLIMITED = 3                    -- motors:get_spool_state()
 local SCRIPTING_MIXER = 17                      -- FRAME_CLASS
@@ -111,6 +111,8 @@ local state = setmetatable({
   class = 0, kind = 0,               -- airframe that the mixer was built for
   stock = false,                     -- the aircraft flies with a mixer of its own, without this script
   vtol = false, tailsitter = false,
+  upright = false,                   -- a tail-sitter that has come to hover, and not left it
+  rises_to = HOVER_PITCH,            -- pitch at which its motors are the multicopter's again after forward flight, rad
   enabled = false, switch = 0, rate = 250, headroom = 0.2,
   limit = 0, limit_yaw = 0,          -- in force, on their way to what the parameters say
   asked = 0, asked_yaw = 0,
@@ -228,9 +230,15 @@ local function in_hover()
     return true
   end
   if not quadplane:in_vtol_mode() or quadplane:in_assisted_flight() then
+    state.upright = false
     return false
   end
-  return not state.tailsitter or (ahrs.get_pitch_rad and ahrs:get_pitch_rad() or ahrs:get_pitch()) > HOVER_PITCH
+  if state.tailsitter then
+    local pitch = ahrs.get_pitch_rad and ahrs:get_pitch_rad() or ahrs:get_pitch()
+    state.upright = pitch > (state.upright and HOVER_PITCH or state.rises_to)
+    return state.upright
+  end
+  return true
 end
 
 local function bar()
@@ -414,6 +422,12 @@ local function wrong_value()
   return nil
 end
 
+-- Until the nose has come up so far after forward flight, a tail-sitter's motors do not listen to the mixer
+local function rises_to()
+  local back, away = value("Q_TAILSIT_ANG_VT") or 0, value("Q_TAILSIT_ANGLE") or 0
+  return math.max(HOVER_PITCH, math.rad(back > 0 and back or away))
+end
+
 local frame_error = "starting"
 
 local function check()
@@ -421,6 +435,7 @@ local function check()
     frame_error = build_mixer()
   end
   state.enabled = ENABLE:get() == 1
+  state.rises_to = rises_to()
   state.headroom = 0.001 * (value(state.vtol and "Q_M_YAW_HEADROOM" or "MOT_YAW_HEADROOM") or 200)
   state.setup = frame_error or wrong_value()
   local why = state.fault or state.setup

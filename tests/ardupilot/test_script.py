@@ -415,3 +415,23 @@ def test_out_of_hover_the_correction_fades(change):
         setattr(autopilot, name, value)
     autopilot.converse(0.2, 0.1)
     assert close(autopilot.added(), 0.0)
+
+
+def test_after_forward_flight_hover_begins_where_the_motors_listen_to_the_mixer_again():
+    autopilot = ready(kind=PLANE, parameters={"Q_TAILSIT_ENABLE": 1, "Q_TAILSIT_ANGLE": 50, "Q_TAILSIT_ANG_VT": 70})
+    for vtol, degrees, acts in (
+        (True, 60, True),
+        (False, 60, False),
+        (True, 60, False),
+        (True, 72, True),
+        (True, 60, True),
+    ):
+        autopilot.vtol, autopilot.pitch = vtol, math.radians(degrees)
+        autopilot.converse(0.6, 0.1)
+        assert close(autopilot.added()[0], 0.1 if acts else 0.0)
+    autopilot.parameters["Q_TAILSIT_ANG_VT"] = 0  # then Q_TAILSIT_ANGLE holds both ways
+    autopilot.vtol = False
+    autopilot.converse(0.6, 0.1)
+    autopilot.vtol, autopilot.pitch = True, math.radians(52)
+    autopilot.converse(0.6, 0.1)
+    assert close(autopilot.added()[0], 0.1)
