@@ -13,7 +13,9 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import ClassVar
 
 os.environ.setdefault("MAVLINK20", "1")
 from pymavlink import mavutil
@@ -24,7 +26,7 @@ ROOT = HERE.parents[1]
 SCRIPT = ROOT / "deploy" / "ardupilot" / "dob_correction.lua"
 GROUND, COMPANION_LINK = "tcp:127.0.0.1:5760", "tcp:127.0.0.1:5762"
 HOME = "-35.363261,149.165230,584,0"
-GUIDED = 4
+LARGEST_TWIST_MS = 2_000_000_000
 ATTITUDE_US = 20_000
 PATIENCE_S = 120.0
 PRIORITY = 30
@@ -33,16 +35,26 @@ SCRIPT_PARAMETERS = {"DOBC_FRAME": 1, "DOBC_ENABLE": 1, "DOBC_LIMIT": 0.3}
 """A file of defaults does not reach what a script declares; so they are written, as a user does."""
 
 
+def copter(
+    program: Path, directory: Path, companion_port: str = "tcp:2", **more: float
+) -> AbstractContextManager[None]:
+    """ArduCopter's quadrotor, as `vehicle`."""
+    return vehicle(program, directory, "+", "copter.parm", companion_port, more)
+
+
 @contextlib.contextmanager
-def copter(program: Path, directory: Path, companion_port: str = "tcp:2", **more: float) -> Iterator[None]:
-    """ArduCopter in `directory`, its log there as simulator.log. `more` are further parameters."""
+def vehicle(
+    program: Path, directory: Path, model: str, parameters: str, companion_port: str, more: dict[str, float]
+) -> Iterator[None]:
+    """A simulated vehicle in `directory`, its log there as simulator.log; `parameters` is a file beside this one,
+    `more` are further ones."""
     shutil.rmtree(directory / "logs", ignore_errors=True)
     (directory / "scripts").mkdir(parents=True, exist_ok=True)
     shutil.copy(SCRIPT, directory / "scripts")
     settings = directory / "flight.parm"
     own = "".join(f"{name} {value:g}\n" for name, value in more.items())
-    settings.write_text((HERE / "copter.parm").read_text() + own)
-    command = [program, "--model", "+", "--speedup", "1", "--home", HOME, "--defaults", settings, "--wipe"]
+    settings.write_text((HERE / parameters).read_text() + own)
+    command = [program, "--model", model, "--speedup", "1", "--home", HOME, "--defaults", settings, "--wipe"]
     command += ["--serial1", companion_port]
     with (directory / "simulator.log").open("w") as log:
         process = subprocess.Popen(
@@ -59,6 +71,9 @@ def copter(program: Path, directory: Path, companion_port: str = "tcp:2", **more
 
 class Ground:
     """A ground station on the vehicle's first port. Keeps attitudes, texts and the newest message of each kind."""
+
+    guided: ClassVar[int] = 4
+    """Number of the mode GUIDED."""
 
     def __init__(self, log: Path, link: str = GROUND) -> None:
         self.attitudes: list[tuple[float, float, float, float]] = []
@@ -143,7 +158,7 @@ class Ground:
         self.command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, mav.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, 200_000)
         for name, value in SCRIPT_PARAMETERS.items():
             self.set(name, value)
-        self.wait("GUIDED", lambda: self._mode() == GUIDED, nudge=lambda: self._set_mode(GUIDED))
+        self.set_mode("GUIDED", self.guided)
         self.wait("armed", self._armed, nudge=lambda: self.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 1))
         self.wait(
             "take-off",
@@ -151,6 +166,11 @@ class Ground:
             nudge=lambda: self.command(mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, altitude_m),
         )
         self.wait("altitude", lambda: abs(self.altitude - altitude_m) < 0.3)
+        self._let_be_disturbed()
+
+    def _let_be_disturbed(self) -> None:
+        """What has to be set once so that `disturb` lasts."""
+        self.set("SIM_TWIST_TIME", LARGEST_TWIST_MS)
 
     @property
     def altitude(self) -> float:
@@ -162,8 +182,13 @@ class Ground:
         beat = self.newest.get("HEARTBEAT")
         return beat.custom_mode if beat else -1
 
-    def _set_mode(self, mode: int) -> None:
-        self._link.mav.set_mode_send(1, mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, mode)
+    def set_mode(self, name: str, mode: int) -> None:
+        """Set a mode, until the vehicle is in it."""
+        self.wait(
+            name,
+            lambda: self._mode() == mode,
+            nudge=lambda: self._link.mav.set_mode_send(1, mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, mode),
+        )
 
     def _armed(self) -> bool:
         beat = self.newest.get("HEARTBEAT")

@@ -72,6 +72,14 @@ def test_the_controllers_of_default_parameters_are_those_of_the_example_but_for_
             assert mine == pytest.approx(theirs, rel=1e-5)
 
 
+def test_a_tail_sitters_controllers_are_those_of_its_example():
+    shown = blocks((ROOT / "examples" / "ardupilot_tailsitter.toml").read_text(encoding="utf-8"))
+    for axis, block in blocks(made(parameters("tailsitter.param"))).items():
+        for hz in (0.1, 3.0, 30.0):
+            mine, theirs = (value(each["controller"], hz) for each in (block, shown[axis]))
+            assert mine == pytest.approx(theirs, rel=1e-5)
+
+
 @pytest.mark.parametrize("hz", [0.5, 3.0, 10.0, 20.0])
 @pytest.mark.parametrize(
     ("axis", "changed"),

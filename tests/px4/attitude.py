@@ -9,6 +9,7 @@ disturbances can change the second alone. RMS in deg, observer off and on, and h
 
 import argparse
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -74,25 +75,15 @@ class Log:
         return float(((motors < AT_STOP) | (motors > 1.0 - AT_STOP)).any(axis=1).mean())
 
 
+def not_done(directory: Path) -> Callable[[float, float], np.ndarray]:
+    """By window (begin, end) of a flight in `directory`, in s: RMS of estimate less setpoint, deg, of each axis."""
+    log = log_of(directory)
+    return lambda begin, end: log.parts(begin, end)["not done"]
+
+
 def log_of(directory: Path) -> Log:
     """Of a flight in `directory`."""
     return Log(next((directory / "vehicle" / "log").rglob("*.ulg")))
-
-
-def compared(directory: Path, rows: list[dict]) -> list[dict]:
-    """The rows of a flight with what was not done of what was asked for, off and on; prints it beside the promise."""
-    log, found = log_of(directory), []
-    for row in rows:
-        axis = AXES.index(row["axis"])
-        off, on = (float(log.parts(*row[f"{name}_s"])["not done"][axis]) for name in ("off", "on"))
-        found.append(row | {"not_done_off": off, "not_done_on": on})
-        promise = f"{row['promised']:.1f}" if row["promised"] else ""
-        print(
-            f"{row['program']:12} {row['axis']:6} estimate less setpoint {off:6.3f}° -> {on:7.4f}° ({off / on:5.1f}x)  "
-            f"promised {promise}",
-            flush=True,
-        )
-    return found
 
 
 def main() -> None:

@@ -17,12 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.ardupilot.flights import fly, keep
+from tests.ardupilot.flights import compared, fly, keep
 from tests.ardupilot.namespace import go_inside
 from tests.ardupilot.programs import AXES, PROGRAMS
 from tests.ardupilot.recorded import messages
 from tests.ardupilot.simulator import companion
-from tests.px4.attitude import compared
+from tests.px4.attitude import not_done
 from tests.px4.simulator import COMPANION_LINK, Px4Ground, sih
 
 AUTOPILOT = 1
@@ -68,7 +68,7 @@ def main() -> None:
             (directory / "texts.json").write_text(json.dumps(ground.texts, indent=1))
             ground.close()
     add_truth(rows, directory / "record")
-    keep(directory, ground, compared(directory, rows))
+    keep(directory, ground, compared(rows, not_done(directory)))
 
 
 if __name__ == "__main__":

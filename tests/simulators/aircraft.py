@@ -7,13 +7,15 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from dob_companion.mavlink.tunnel import PAYLOAD, PAYLOAD_TYPE
-from tests.ardupilot.flights import ACTIVE, LARGEST_TWIST_MS
+from tests.ardupilot import tailsitter
+from tests.ardupilot.flights import ACTIVE
 from tests.ardupilot.programs import UPDATE_S
 from tests.ardupilot.simulator import Ground, companion, copter
 from tests.px4.simulator import Px4Ground, sih
@@ -53,6 +55,8 @@ class Aircraft:
     named: bytes = b""
     script: bool = False
     """Whether the moment is read beside the rate controller, now and then."""
+    options: tuple[str, ...] = ()
+    """Of the daemon, for this vehicle."""
 
     def program(self) -> Path | None:
         """Where the simulator is, if it is known."""
@@ -69,20 +73,25 @@ class Aircraft:
         at = self.correction_at
         return (stamp * 1e-6, *values[:3], *values[at : at + 3])
 
-    def disturbable(self, ground: Ground) -> None:
-        """What has to be set once so that `disturb` lasts."""
-        if self.name == "ardupilot":
-            ground.set("SIM_TWIST_TIME", LARGEST_TWIST_MS)
 
-
-def _copter(program: Path, directory: Path, **more: float) -> contextlib.AbstractContextManager:
-    return copter(program, directory, companion_port=f"udpclient:127.0.0.1:{VEHICLE_PORT}", **more)
+def _to_relay(start: Callable[..., contextlib.AbstractContextManager]) -> Callable:
+    return partial(start, companion_port=f"udpclient:127.0.0.1:{VEHICLE_PORT}")
 
 
 AIRCRAFT = {
-    "ardupilot": Aircraft("ardupilot", "DOB_ARDUCOPTER", _copter, Ground, 140, struct.Struct("<Q8f"), 4, script=True),
+    "ardupilot": Aircraft(
+        "ardupilot", "DOB_ARDUCOPTER", _to_relay(copter), Ground, 140, struct.Struct("<Q8f"), 4, script=True
+    ),
     "px4": Aircraft("px4", "DOB_PX4", sih, Px4Ground, 350, struct.Struct("<Q12x58f"), 4, b"DOB_ACT\0"),
 }
+TAILSITTER = replace(
+    AIRCRAFT["ardupilot"],
+    name="arduplane",
+    variable="DOB_ARDUPLANE",
+    start=_to_relay(tailsitter.tailsitter),
+    ground=tailsitter.PlaneGround,
+    options=tailsitter.OPTIONS,
+)
 
 
 def correction(frame: bytes) -> tuple[int, tuple[float, float, float]] | None:
@@ -135,12 +144,11 @@ class Flight:
 
     def companion(self, *more: object) -> contextlib.AbstractContextManager:
         """The daemon, at the relay."""
-        return companion(self.design, self.directory, *more, link=LINK)
+        return companion(self.design, self.directory, *self.aircraft.options, *more, link=LINK)
 
     def take_off(self) -> None:
         """Until it hovers."""
         self.ground.fly()
-        self.aircraft.disturbable(self.ground)
 
     def disturb(self, signals: dict[int, np.ndarray]) -> None:
         """From now on these angular accelerations, rad/s², about these axes, one for each UPDATE_S, over and over."""

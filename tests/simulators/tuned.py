@@ -1,6 +1,7 @@
 """From no model to a flown design, beside a real autopilot in its simulator: `tune --link` in hover, then off and on:
 
     DOB_ARDUCOPTER=… python -m tests.simulators.tuned ardupilot -o DIR [PROGRAM…]
+    DOB_ARDUPLANE=…  python -m tests.simulators.tuned arduplane -o DIR [PROGRAM…]
     DOB_PX4=…        python -m tests.simulators.tuned px4 -o DIR [PROGRAM…]
 
 Programs as in tests.ardupilot.flights. DIR/tuned is what `tune` has made. Linux only, in a network of its own.
@@ -13,18 +14,22 @@ import sys
 import time
 from pathlib import Path
 
+from tests.ardupilot import asked, tailsitter
 from tests.ardupilot import simulator as ardupilot
-from tests.ardupilot.flights import LARGEST_TWIST_MS, fly, keep
+from tests.ardupilot.flights import compared, fly, keep
 from tests.ardupilot.namespace import go_inside
 from tests.ardupilot.programs import PROGRAMS
 from tests.px4 import simulator as px4
-from tests.px4.attitude import compared
+from tests.px4.attitude import not_done
 
 WANTED = ("sine-roll", "sine-pitch", "noise-roll", "noise-pitch", "noise-yaw")
 AIRCRAFT = {
-    "ardupilot": ("DOB_ARDUCOPTER", ardupilot.copter, ardupilot.Ground, ardupilot.COMPANION_LINK),
-    "px4": ("DOB_PX4", px4.sih, px4.Px4Ground, px4.COMPANION_LINK),
-}
+    "ardupilot": ("DOB_ARDUCOPTER", ardupilot.copter, ardupilot.Ground, ardupilot.COMPANION_LINK, ()),
+    "arduplane": (
+        "DOB_ARDUPLANE", tailsitter.tailsitter, tailsitter.PlaneGround, ardupilot.COMPANION_LINK, tailsitter.OPTIONS
+    ),
+    "px4": ("DOB_PX4", px4.sih, px4.Px4Ground, px4.COMPANION_LINK, ()),
+}  # fmt: skip
 
 
 def as_others() -> None:
@@ -40,7 +45,7 @@ def main() -> None:
     parser.add_argument("program", nargs="*", metavar="PROGRAM", help=", ".join(PROGRAMS))
     arguments = parser.parse_intermixed_args()
     go_inside("tests.simulators.tuned")
-    variable, aircraft, station, link = AIRCRAFT[arguments.autopilot]
+    variable, aircraft, station, link, options = AIRCRAFT[arguments.autopilot]
     directory = arguments.o.resolve()
     directory.mkdir(parents=True, exist_ok=True)
     with aircraft(Path(os.environ[variable]), directory):
@@ -48,17 +53,17 @@ def main() -> None:
         try:
             ground.fly()
             tune = [sys.executable, "-m", "dob_companion", "tune", "--link", link, "-o", str(directory / "tuned")]
-            subprocess.run(tune, check=True, preexec_fn=as_others)
+            subprocess.run([*tune, *options], check=True, preexec_fn=as_others)
             design = directory / "tuned" / "design.json"
-            with ardupilot.companion(design, directory, link=link):
-                if arguments.autopilot == "ardupilot":
-                    ground.set("SIM_TWIST_TIME", LARGEST_TWIST_MS)
+            with ardupilot.companion(design, directory, *options, link=link):
                 time.sleep(5.0)
                 rows = fly(ground, arguments.program or list(WANTED), design)
         finally:
             ground.close()
     if arguments.autopilot == "px4":
-        rows = compared(directory, rows)
+        rows = compared(rows, not_done(directory))
+    elif arguments.autopilot == "arduplane":
+        rows = compared(rows, asked.not_done(asked.logged(directory / "logs" / "00000001.BIN")))
     keep(directory, ground, rows)
 
 
