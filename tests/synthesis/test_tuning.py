@@ -154,6 +154,11 @@ def test_coupled_axes_are_tuned_together():
     assert len(tuning.noise) == 2
 
 
+def over_gains(found):
+    """Attenuation over the gains, as what is made best."""
+    return np.mean(np.array([found.attenuation, *found.at_gains]) ** -2.0) ** -0.5
+
+
 @pytest.mark.proof
 def test_coupled_axes_attenuate_within_their_limits_and_the_written_weights_give_the_observer_again():
     mixer = ((1.0, 0.15), (0.1, 1.0))
@@ -170,6 +175,12 @@ def test_coupled_axes_attenuate_within_their_limits_and_the_written_weights_give
     assert proof.disk_margin >= parse_spec(text).auto.least_disk_margin
     assert proof.gamma <= 1.0003 * proof.gamma_star
     assert tuning.chosen.attenuation > 10.0
+    assert len(tuning.rows) >= 4
+    assert all(row.asked.excess(row.found) == 0.0 and row.found.attenuation < row.limit for row in tuning.rows)
+    assert 0.8 < tuning.chosen.attenuation / tuning.limit < 1.0
+    for stricter in tuning.rows:
+        looser = [row for row in tuning.rows if row.asked.excess(stricter.found) == 0.0]
+        assert all(over_gains(row.found) >= over_gains(stricter.found) for row in looser)
     again = design_from_toml(tuned_spec(text, "both.toml", None, [tuning]))
     assert np.array_equal(again.blocks[0].observer.A, design.blocks[0].observer.A)
 

@@ -44,7 +44,10 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 SEARCHED, EVALUATED = 2**10, 2**13
-"""Angles from 0 to pi of the search and of the evaluation."""
+"""Angles from 0 to pi of the search (of coupled axes half as many) and of the evaluation."""
+
+ACCURATE = 1e-5
+"""Accuracy of a spectral factor in the search, which feels its square."""
 
 KNOTS, FIRST_KNOT = 60, 3e-3
 """Knots between which a multiplier is straight, even on a logarithmic scale from the first angle to pi."""
@@ -73,7 +76,8 @@ class AttenuationLimits:
 
     def __init__(self, block: Block, spectrum: Spectrum, noise_rms: float) -> None:
         """`noise_rms`: of the gyro, rad/s."""
-        self._searched, self._evaluated = (Ground(block, spectrum, noise_rms, count) for count in (SEARCHED, EVALUATED))
+        counts = (SEARCHED if len(block.delays) == 1 else SEARCHED // 2, EVALUATED)
+        self._searched, self._evaluated = (Ground(block, spectrum, noise_rms, count) for count in counts)
         self._last: Array | None = None
 
     def of(self, wanted: Wanted) -> float:
@@ -157,7 +161,7 @@ class Dual:
         """The same with Φ* Φ for H, and its slope: the limits' excess at the F by which it is met."""
         on, density = self._ground, self._ground.circle.density[:, None]
         H, q, rest = self._lagrangian(multipliers)
-        phi, g = self._factored(H, q)
+        phi, g = self._factored(H, q, ACCURATE)
         f = -np.linalg.solve(phi, on.circle.values(g)[:, :, None])
         least = rest + float(np.mean(np.sum((f.conj() * (H @ f + 2.0 * q[:, :, None])).real, axis=1)))
         X = f.reshape(-1, on.moments, on.rates) @ on.M
@@ -183,10 +187,10 @@ class Dual:
         spent = float(np.sum(noise) + np.sum(np.mean(limits, axis=2)))
         return H, q, 1.0 - spent + float(np.mean(np.sum(disk * np.abs(on.at) ** 2, axis=1)))
 
-    def _factored(self, H: Complex, q: Complex) -> tuple[Complex, Array]:
+    def _factored(self, H: Complex, q: Complex, near: float = 0.0) -> tuple[Complex, Array]:
         """Φ, and [Φ^-* q]_+ as a series."""
         circle = self._ground.circle
-        phi = circle.factor(H)
+        phi = circle.factor(H, near)
         return phi, circle.causal(np.asarray(np.linalg.solve(_star(phi), q[:, :, None])))[:, :, 0]
 
 

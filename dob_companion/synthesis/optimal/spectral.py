@@ -62,8 +62,8 @@ class Circle:
         h[0] /= 2.0
         return np.asarray(zeros * np.exp(self.values(h) / 2.0))
 
-    def factor(self, H: Complex) -> Complex:
-        """Φ of Hermitian positive H (count, k, k).
+    def factor(self, H: Complex, near: float = 0.0) -> Complex:
+        """Φ of Hermitian positive H (count, k, k), Φ^-* H Φ^-1 the identity within `near` or as nearly as can be.
 
         Newton's method on Φ* Φ = H (T. T. Wilson, "The factorization of matricial spectral densities", SIAM J. Appl.
         Math. 23(4), 1972), which converges from any Φ that is stable with its inverse; here from that of H's diagonal.
@@ -73,7 +73,7 @@ class Circle:
         for _ in range(STEPS if len(one) > 1 else 0):
             ratio = ratio_of(H, phi)
             off = float(np.max(np.abs(ratio - one)))
-            if not np.isfinite(off) or SLOWER * last < off < NEAR:
+            if not np.isfinite(off) or off < near or SLOWER * last < off < NEAR:
                 break
             last, h = off, self.causal(ratio + one)
             h[0] /= 2.0

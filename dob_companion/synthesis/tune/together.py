@@ -4,7 +4,7 @@ The poles of each output are those of the best observer of its axis alone, as if
 ones where these serve better; numerators follow from one convex programme for all axes (`optimal/coupled.py`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -79,9 +79,9 @@ class _Choice:
             gains=auto.gains,
         )
 
-    def poles(self) -> Iterator[tuple[Any, ...]]:
+    def poles(self, limits: Limits) -> Iterator[tuple[Any, ...]]:
         """Sets of poles to try, free numbers for each output."""
-        wanted = self.wanted(self.asked, SLACKS[0])
+        wanted = self.wanted(limits, SLACKS[0])
         radius = float(np.exp(-self.dt / wanted.slowest_s))
         generic = free(np.exp(-np.geomspace(*GENERIC, self.order)).astype(complex), radius)
         yield (generic,) * len(self.delays)
@@ -106,9 +106,8 @@ class _Choice:
 
     def best(self) -> tuple[tuple[Any, ...], Solved]:
         """Poles and observer. Raises UnsolvableError when nothing keeps the limits and attenuates."""
-        tried = [(poles, self.solve(self.asked, SLACKS[0], poles)[1]) for poles in self.poles()]
-        found = [(poles, solved) for poles, solved in tried if solved is not None and solved.value * HELPS <= 1.0]
-        if not found:
+        found = self.best_of(self.asked, self.poles(self.asked))
+        if found is None or found[1].value * HELPS > 1.0:
             asked = self.asked
             raise UnsolvableError(
                 f"no observer of {self.order} states for each axis has disk margin >= {asked.disk_margin:.3g}, delay "
@@ -116,7 +115,13 @@ class _Choice:
                 f"{asked.slowest_s:.3g} s and attenuates; without observer the disk margin is "
                 f"{self.yardstick.disk_margin_off:.3g}"
             )
-        return min(found, key=lambda each: each[1].value)
+        return found
+
+    def best_of(self, limits: Limits, sets: Iterable[tuple[Any, ...]]) -> tuple[tuple[Any, ...], Solved] | None:
+        """The poles of the best observer and that; None where nothing keeps the limits."""
+        tried = [(poles, self.solve(limits, SLACKS[0], poles)[1]) for poles in sets]
+        found = [(poles, solved) for poles, solved in tried if solved is not None]
+        return min(found, key=lambda each: each[1].value, default=None)
 
     def measured(self, observer: Any) -> Measured | None:
         """By the yardstick; None for an unstable observer."""
@@ -132,16 +137,20 @@ class _Choice:
         """A designed block by the yardstick, and by its certificate where that knows better."""
         return as_certified(self.measured(from_data(block.observer, self.dt)), block.certificate)
 
-    def rows(self, poles: tuple[Any, ...]) -> tuple[Line, ...]:
-        """The trade-off on the same poles."""
-        asked, off, rows = self.asked, self.yardstick.disk_margin_off, []
+    def rows(self, poles: tuple[Any, ...], best: Solved) -> tuple[Line, ...]:
+        """The trade-off, each row on the better of these poles and its own; one for stricter limits counts in every
+        looser row, so none of these has less."""
+        asked, off = self.asked, self.yardstick.disk_margin_off
         below = [m for m in MARGINS if m * APART < asked.disk_margin][-1:]
         above = [m for m in MARGINS if asked.disk_margin * APART < m < off / APART][:2]
         others = [replace(asked, disk_margin=margin) for margin in (*below, *above)]
         others += [replace(asked, noise=share * asked.noise) for share in (0.5, 0.25)]
+        tried = [best, *(found[1] for each in others if (found := self.best_of(each, [poles, *self.poles(each)])))]
+        known = [(each.value, m) for each in tried if (m := self.measured(each.observer(self.plant)))]
+        rows = []
         for limits in others:
-            _, solved = self.solve(limits, SLACKS[0], poles)
-            m = self.measured(solved.observer(self.plant)) if solved else None
+            kept = [each for each in known if limits.excess(each[1]) == 0.0]
+            _, m = min(kept, key=lambda each: each[0], default=(np.inf, None))
             if m is not None and m.attenuation > HELPS:
                 rows.append(Line(limits, m, self.limit(limits)))
         return tuple(sorted(rows, key=lambda row: (row.asked.disk_margin, row.asked.noise)))
@@ -203,7 +212,7 @@ def coupled_design(block: BlockSpec, dt: float, auto: AutoSpec) -> tuple[DobBloc
     Raises UnsolvableError when there is no observer, or none that keeps the limits, and NotCertifiedError.
     """
     choice = _Choice(block, dt, auto)
-    poles, _ = choice.best()
+    poles, best = choice.best()
     W_d, c, designed, chosen = choice.designed(poles)
     order = len(designed.observer.A)
     own = None
@@ -214,7 +223,7 @@ def coupled_design(block: BlockSpec, dt: float, auto: AutoSpec) -> tuple[DobBloc
         auto=auto,
         asked=choice.asked,
         chosen=chosen,
-        rows=choice.rows(poles),
+        rows=choice.rows(poles, best),
         own=own,
         disk_margin_off=choice.yardstick.disk_margin_off,
         disturbance=W_d,
