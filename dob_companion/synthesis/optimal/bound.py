@@ -20,7 +20,8 @@ are evaluated once more on a fine one, and what is left to trust is that grid an
 multipliers come near the optimum itself: the problem is convex, and observers exist that keep the limits with room.
 
 Here limits are the disk margin at every frequency, the RMS of each moment's correction from gyro noise, and its peak
-where one is asked. A delay margin and a slowest mode are not among them: they can only lower what is to be had.
+where one is asked (of several axes: a row of X is never larger than the largest singular value). A delay margin and a
+slowest mode are not among them: they can only lower what is to be had.
 
 **Several axes.** The disk margin of all loops at once, min over diagonal D of || D (S T_f - I/2) D^-1 || <= 1/margin,
 is not convex. What it implies for each loop alone, |(S T_f)_ii - 1/2| <= 1/margin, is, and no other convex limit at a
@@ -158,7 +159,8 @@ class Dual:
         return rest - float(np.sum(g**2)) / min(least, 1.0) if least > 0.0 else -np.inf
 
     def value(self, multipliers: Array) -> tuple[float, Array]:
-        """The same with Φ* Φ for H, and its slope: the limits' excess at the F by which it is met."""
+        """The Lagrangian at -Φ^-1 [Φ^-* q]_+, above the bound by the square of what is left of H - Φ* Φ, and its slope:
+        the limits' excess at that F."""
         on, density = self._ground, self._ground.circle.density[:, None]
         H, q, rest = self._lagrangian(multipliers)
         phi, g = self._factored(H, q, ACCURATE)

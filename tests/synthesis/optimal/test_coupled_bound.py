@@ -8,6 +8,7 @@ import pytest
 from scipy import linalg
 
 from dob_companion.lti.response import response
+from dob_companion.synthesis import zpk
 from dob_companion.synthesis.norms.structured import structured_bounds
 from dob_companion.synthesis.optimal import bound
 from dob_companion.synthesis.optimal.bound import KNOTS, AttenuationLimits, Dual, Ground, attenuation_limit
@@ -123,6 +124,16 @@ def test_attitudes_in_other_coordinates_change_nothing():
     dual, other = (Dual(Ground(each, WEATHER, NOISE, 2**10), WANTED) for each in (block, turned))
     at = 1e-4 * np.random.default_rng(4).random(dual.size)
     assert other.value(at)[0] == pytest.approx(dual.value(at)[0], rel=1e-7)
+
+
+def test_a_finer_grid_says_the_same_of_an_axis_that_integrates_beside_one_with_drag_and_a_longer_delay():
+    """Factors then vanish at z = 1 in some directions only."""
+    plant = ct.append(0.6 * PLANT, zpk([-1.716], [0.995, 0.9447], 0.14131, DT))
+    mixed_plant = minimal(ct.ss(plant.A, plant.B @ MIXER[:2, :2], plant.C, plant.D, DT))
+    block = Block(mixed_plant, minimal(ct.append(PID / 0.6, PID)), (1, 3), K)
+    at = 1e-4 * np.random.default_rng(6).random(2 * (1 + KNOTS))
+    coarse, fine = (Dual(Ground(block, WEATHER, NOISE, count), WANTED).bound(at) for count in (2**11, 2**13))
+    assert fine * (1.0 - 1e-3) < coarse < fine * (1.0 + 1e-5)
 
 
 def test_axes_apart_have_the_bound_that_each_has_alone():
