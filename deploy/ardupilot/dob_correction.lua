@@ -10,12 +10,13 @@
 -- and takes new factors in flight. With c = the correction, mixed for motor i, throttle_factor[i] = 1 + c / throttle
 -- adds c to what the rate controller asks for.
 --
--- In:  DEBUG_VECT "DOB_CORR" from component 191 of this system: moment to add, roll, pitch, yaw, each within -1..1.
+-- In:  DEBUG_VECT "DOB_CORR" from component 191 of this system: moment to add, roll, pitch, yaw, each within -1..1. Its
+--      HEARTBEAT alone gets answers too: who only listens, as a doctor does, is told as well.
 -- Out: ACTUATOR_CONTROL_TARGET, group 0: [0..2] the moment at the mixer, correction included, [3] throttle, [4..6] the
 --      correction in it, [7] its age in samples of DOBC_RATE (-1: none); its stamp is the time from which it acts.
 
 local MAV_SEVERITY = {CRITICAL = 2, WARNING = 4, INFO = 6}
-local DEBUG_VECT, ACTUATOR_CONTROL_TARGET = 250, 140
+local HEARTBEAT, DEBUG_VECT, ACTUATOR_CONTROL_TARGET = 0, 250, 140
 local COMPANION = 191
 local CORRECTION = "DOB_CORR"
 
@@ -120,6 +121,7 @@ local state = setmetatable({
   channel = nil,                     -- link on which the companion was heard
   stamp_lo = nil, stamp_hi = nil,    -- gyro sample that the newest correction answers
   silence_us = 0,                    -- since the newest correction came
+  unheard_us = 0,                    -- since anything came of the companion
   roll = 0, pitch = 0, yaw = 0,      -- the newest correction
   gate = 0,                          -- share of it that is let in
   clean = true,                      -- the mixer holds the neutral factors
@@ -128,7 +130,7 @@ local state = setmetatable({
   said = "", said_us = SAY_US,
 }, {__gc = function() pcall(release_motors) end})
 
-local COUNTERS = {"checked_us", "looked_us", "silence_us", "answered_us", "said_us"}
+local COUNTERS = {"checked_us", "looked_us", "silence_us", "unheard_us", "answered_us", "said_us"}
 
 local function say(severity, text)
   gcs:send_text(severity, "DOBC: " .. text)
@@ -179,9 +181,18 @@ end
 
 -- A message is passed in as ArduPilot's C structure: checksum, header, then the payload from byte 13 on
 local function take(raw, channel)
-  local length, _, _, _, system, component = string.unpack("<BBBBBB", raw, 4)
+  local length, _, _, _, system, component, number = string.unpack("<BBBBBBI3", raw, 4)
+  if system ~= state.system or component ~= COMPANION then
+    return
+  end
+  if number == HEARTBEAT then
+    if not state.stamp_lo or state.silence_us >= ANSWER_US then   -- the link of the corrections goes before
+      state.channel, state.unheard_us = channel, 0
+    end
+    return
+  end
   local name = string.match(string.sub(raw, 33, 12 + length), "^[^\0]*")
-  if system ~= state.system or component ~= COMPANION or name ~= CORRECTION then
+  if name ~= CORRECTION then
     return
   end
   local lo, hi, roll, pitch, yaw = string.unpack("<i4i4fff", raw, 13)
@@ -192,7 +203,8 @@ local function take(raw, channel)
   if state.stamp_lo and wrap(lo - state.stamp_lo) <= 0 and state.silence_us < ANSWER_US then
     return
   end
-  state.stamp_lo, state.stamp_hi, state.channel, state.silence_us = lo, hi, channel, 0
+  state.stamp_lo, state.stamp_hi, state.channel = lo, hi, channel
+  state.silence_us, state.unheard_us = 0, 0
   state.roll, state.pitch, state.yaw = roll, pitch, yaw
   return true
 end
@@ -337,7 +349,7 @@ end
 
 local function answer(throttle, roll, pitch, yaw, c_roll, c_pitch, c_yaw)
   read_clock()
-  local age = state.silence_us <= HOLD_US + FADE_OUT_US and since(state.stamp_lo, state.stamp_hi)
+  local age = state.stamp_lo and state.silence_us <= HOLD_US + FADE_OUT_US and since(state.stamp_lo, state.stamp_hi)
   local lo, hi = wrap(state.now_lo), state.now_hi
   if state.told_lo and wrap(lo - state.told_lo) <= 0 then   -- the clock stands in a simulator; the newer answer counts
     lo = wrap(state.told_lo + 1)
@@ -462,7 +474,7 @@ local function inject(news)
   local c_roll, c_pitch, c_yaw = add(base, roll, pitch, yaw, g * clip(state.roll, limit), g * clip(state.pitch, limit),
     g * clip(state.yaw, state.limit_yaw))
   local due = news or state.answered_us * state.rate >= 1000000
-  if due and state.channel and state.silence_us < ANSWER_US then
+  if due and state.channel and state.unheard_us < ANSWER_US then
     state.answered_us = 0
     answer(throttle, roll, pitch, yaw, c_roll, c_pitch, c_yaw)
   end
@@ -507,8 +519,9 @@ local function start()
   state.system = value("MAV_SYSID") or value("SYSID_THISMAV")
   begin_run()
   check()
-  mavlink:init(25, 1)
+  mavlink:init(25, 2)
   mavlink:register_rx_msgid(DEBUG_VECT)
+  mavlink:register_rx_msgid(HEARTBEAT)
   return update, PERIOD_MS
 end
 

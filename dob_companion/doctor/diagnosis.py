@@ -24,6 +24,9 @@ ONE_SAMPLE = (1, 3)
 """Link delay designed for and delay margin, in samples, that are assumed where no design is given."""
 
 NOTABLE_DRIFT_PERCENT, BAD_DRIFT_PERCENT = 0.1, 2.0
+OWN_RATE = 0.6
+"""Least rate, of the design's, of a moment that is read beside the rate controller and comes when it is read: what
+`identify` wants. How long none may come is judged by the design."""
 NOTABLE_SHARE = 0.01
 MOST_SHOWN = 5
 """Numbers of unknown messages that are listed."""
@@ -175,7 +178,7 @@ def _inputs(heard: Listening, rate_hz: float) -> Iterator[Finding]:
             yield Finding(Verdict.MISSING, topic, f"no {name}", _how_to_get(heard, what))
             continue
         stamp, wall = stream.rate_by_stamp_hz, stream.rate_by_wall_hz
-        enough = stamp >= FULL_RATE * rate_hz
+        enough = stamp >= _least_rate(heard, what) * rate_hz
         text = f"{name} at {stamp:.1f} Hz by its stamps, {wall:.1f} Hz by this clock, of {rate_hz:g} Hz"
         remedy = "" if enough else _how_to_speed_up(heard)
         yield Finding(Verdict.OK if enough else Verdict.MISSING, topic, text, remedy)
@@ -184,6 +187,10 @@ def _inputs(heard: Listening, rate_hz: float) -> Iterator[Finding]:
     elif len(heard.rates_seen) == 1:
         text = "the rates never change, not even by noise"
         yield Finding(Verdict.MISSING, "gyro", text, f"gyro calibrated and running? {_inputs_of(heard)[0]} filled in?")
+
+
+def _least_rate(heard: Listening, what: Input) -> float:
+    return OWN_RATE if heard.profile.stream(what).unasked else FULL_RATE
 
 
 def _inputs_of(heard: Listening) -> tuple[str, str]:
@@ -204,12 +211,13 @@ def _how_to_speed_up(heard: Listening) -> str:
 
 
 def _stamps(heard: Listening, design: DobDesign | None) -> Iterator[Finding]:
-    for name in _inputs_of(heard):
-        stream = heard.stream(name)
+    for wanted in (heard.profile.stream(Input.GYRO), heard.profile.stream(Input.MOMENT)):
+        name, stream = wanted.name, heard.stream(wanted.name)
         if stream is None or not stream.stamped:
             continue
         yield Finding(Verdict.OK, "stamps", f"{name}: {stream.pattern()}")
-        for count, what in ((stream.gaps, "gaps"), (stream.backward, "stamps that do not increase")):
+        gaps = 0 if wanted.unasked else stream.gaps
+        for count, what in ((gaps, "gaps"), (stream.backward, "stamps that do not increase")):
             if count > NOTABLE_SHARE * len(stream.stamps):
                 text = f"{name}: {count} {what} in {len(stream.stamps)}"
                 yield Finding(
@@ -338,8 +346,11 @@ def _best_profile(heard: Listening, rate_hz: float) -> str | None:
 
 
 def _delivers(heard: Listening, rate_hz: float) -> bool:
-    streams = map(heard.stream, _inputs_of(heard))
-    return all(s is not None and s.stamped and s.rate_by_stamp_hz >= FULL_RATE * rate_hz for s in streams)
+    for what, name in zip((Input.GYRO, Input.MOMENT), _inputs_of(heard), strict=True):
+        stream = heard.stream(name)
+        if stream is None or not stream.stamped or stream.rate_by_stamp_hz < _least_rate(heard, what) * rate_hz:
+            return False
+    return True
 
 
 def _profile(heard: Listening, rate_hz: float) -> Iterator[Finding]:

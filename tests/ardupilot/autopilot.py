@@ -111,10 +111,17 @@ class Autopilot:
     ) -> int:  # fmt: skip
         """A DEBUG_VECT comes in, as mavlink_message_t: checksum, header, payload. Returns its stamp."""
         stamp_us = self.now_us - age_us if stamp_us is None else stamp_us
-        payload = struct.pack("<Qfff10s", stamp_us, x, y, z, name).rstrip(b"\0")
-        header = struct.pack("<HBBBBBBB", 0, 0xFD, len(payload), 0, 0, 0, system, component) + bytes((250, 0, 0))
-        self._inbox.append((header + payload).ljust(291, b"\0"))
+        self._comes(250, struct.pack("<Qfff10s", stamp_us, x, y, z, name), system, component)
         return stamp_us
+
+    def greet(self, *, system: int = 1, component: int = 191) -> None:
+        """A HEARTBEAT comes in."""
+        self._comes(0, struct.pack("<IBBBBB", 0, 18, 8, 0, 4, 3), system, component)
+
+    def _comes(self, number: int, payload: bytes, system: int, component: int) -> None:
+        payload = payload.rstrip(b"\0")
+        header = struct.pack("<HBBBBBBBI", 0, 0xFD, len(payload), 0, 0, 0, system, component, number)[:-1]
+        self._inbox.append((header + payload).ljust(291, b"\0"))
 
     def converse(self, seconds: float, x: float, y: float = 0.0, z: float = 0.0) -> None:
         """A companion that sends the same correction at 250 Hz."""

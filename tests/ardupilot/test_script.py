@@ -177,6 +177,38 @@ def test_a_companion_that_has_gone_gets_age_minus_one_and_then_no_answers():
     assert len(autopilot.answers) == before
 
 
+def test_a_companion_that_only_listens_is_told_what_acts_and_nothing_is_added():
+    autopilot = Autopilot(moment=MOMENT)
+    for _ in range(3):
+        autopilot.greet()
+        autopilot.run(1.0)
+    assert 249 <= sum(answer.stamp_us > autopilot.now_us - 1_000_000 for answer in autopilot.answers) <= 251
+    answer = autopilot.answers[-1]
+    assert close(answer.moment, MOMENT)
+    assert (answer.correction, answer.age) == ((0.0, 0.0, 0.0), -1.0)
+    autopilot.run(6.0)
+    before = len(autopilot.answers)
+    autopilot.run(1.0)
+    assert len(autopilot.answers) == before
+
+
+@pytest.mark.parametrize("who", [{"system": 2}, {"component": 190}])
+def test_the_heartbeat_of_another_gets_no_answer(who):
+    autopilot = Autopilot()
+    autopilot.greet(**who)
+    autopilot.run(0.5)
+    assert autopilot.answers == []
+
+
+def test_a_heartbeat_is_no_news_of_a_correction():
+    autopilot = ready()
+    autopilot.converse(0.1, 0.1)
+    for _ in range(50):
+        autopilot.greet()
+        autopilot.run(0.004)
+    assert close(autopilot.added(), 0.0)
+
+
 @pytest.mark.parametrize("wraps", [1, 5])
 def test_stamps_go_on_when_the_clock_of_32_bits_wraps(wraps):
     autopilot = Autopilot(now_us=wraps * 2**32 - 3_000_000, moment=MOMENT)

@@ -25,6 +25,8 @@ class Road:
     late_s: float = 0.0002
     drift: float = 0.0
     moments: bool = True
+    skips: int = 0
+    """Every so many samples no moment comes; 0: always one."""
     shift_us: int = 0
     moment_name: str = "ACTUATOR_CONTROL_TARGET"
     refuses: tuple = ()
@@ -63,11 +65,13 @@ class Road:
         rates = self.rates(k) if self.rates else (1e-3 * ((k * 7) % 5), 0.0, 0.0)
         moment = [0.1 * ((k * 3) % 4), 0, 0, 0.5, 0, 0, 0, self.age]
         self.at(now + self.late_s, mav.MAVLink_highres_imu_message(stamp, 0, 0, 0, *rates, *[0] * 7, 56))
-        if self.moments and self.moment_name == "ACTUATOR_CONTROL_TARGET":
+        if not self.moments or (self.skips and k % self.skips == 0):
+            return
+        if self.moment_name == "ACTUATOR_CONTROL_TARGET":
             self.at(now + self.late_s, mav.MAVLink_actuator_control_target_message(stamp + self.shift_us, 0, moment))
-        elif self.moments and self.moment_name == "DEBUG_FLOAT_ARRAY":
+        elif self.moment_name == "DEBUG_FLOAT_ARRAY":
             self.at(now + self.late_s, moment_array(stamp + self.shift_us, moment[:3], age=self.age))
-        elif self.moments:
+        else:
             self.at(now + self.late_s, mav.MAVLink_servo_output_raw_message(stamp, 0, *[1500] * 8))
 
     def listen(self, seconds=3.0):

@@ -168,6 +168,20 @@ def test_a_request_that_is_in_progress_is_neither_refused_nor_answered():
     assert "is not answered" in texts(diagnosis, "requests")
 
 
+@pytest.mark.parametrize(
+    ("autopilot", "skips", "fit"),
+    [
+        (mav.MAV_AUTOPILOT_ARDUPILOTMEGA, 3, True),
+        (mav.MAV_AUTOPILOT_ARDUPILOTMEGA, 2, False),
+        (mav.MAV_AUTOPILOT_GENERIC, 3, False),
+    ],
+)
+def test_a_script_s_moments_need_not_come_with_every_sample(autopilot, skips, fit):
+    diagnosis, _ = Road(autopilot=autopilot, skips=skips).listen()
+    assert diagnosis.fit == fit
+    assert "gaps" not in texts(diagnosis, "stamps") or not fit
+
+
 @pytest.mark.parametrize("clock", [-3.0, 3.0, 1e6])
 def test_only_answers_to_our_own_timesync_count(clock):
     diagnosis, listening = Road(others_ask=clock).listen()
