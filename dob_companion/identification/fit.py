@@ -71,8 +71,9 @@ class Data:
 
     def model(self, p: Floats) -> Complexes:
         """Response of unit gain; p: slow pole, lag, delay, lead, then each peak's and its dip's (rad/s, damping)."""
-        own = [-p[POLE]] + ([-1.0 / p[LAG]] if p[LAG] > 0.0 else [])
-        lead = p[LAG] if p[LAG] > 0.0 else 1.0
+        lags = p[LAG] > NIL * SCALE[LAG]  # a search comes as near to 0 as 1e-105 s, whose pole overflows
+        own = [-p[POLE]] + ([-1.0 / p[LAG]] if lags else [])
+        lead = p[LAG] if lags else 1.0
         top, poles, known_lead = np.array(self.known.num), _poles(self.known.den), self.known.den[0]
         if p[LEAD]:
             top = np.convolve(top, (p[LEAD], 1.0))

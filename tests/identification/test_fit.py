@@ -54,6 +54,14 @@ def test_the_best_gain_leaves_the_least_squares():
     assert squares[1] < min(squares[0], squares[2])
 
 
+def test_a_lag_as_good_as_none_is_none():
+    data = Data(FREQUENCY, np.ones(BANDS, complex), np.ones(BANDS), NOTHING, 0.004)
+    with np.errstate(all="raise"):
+        responses = [data.model(np.array([2.0, lag, 0.01, 0.0])) for lag in (0.0, 1e-105, 1e-8)]
+    for each in responses[1:]:
+        np.testing.assert_allclose(each, responses[0], rtol=1e-5)
+
+
 def test_weights_that_are_estimated_are_believed_as_far_as_a_mean_of_them_scatters():
     rng, averages = np.random.default_rng(3), 7.0
     freedom = 2.0 * (averages - LEFT)

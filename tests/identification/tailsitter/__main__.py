@@ -39,7 +39,7 @@ from tests.ports import free_port
 HERE = Path(__file__).parent
 HOVER, FLOWN = HERE / "hover.toml", HERE / "flown.toml"
 LINK_SAMPLES = 2
-BAND_HZ, BOUND_HZ, KNOT = (1.0, 60.0), (0.05, 110.0), 8
+BAND_HZ, BOUND_HZ, KNOT = (1.0, 60.0), (0.05, 110.0), 2
 WIND = (-2.0, 0.0, 0.0)
 """m/s to north, east, down: the mean of both scenarios."""
 
