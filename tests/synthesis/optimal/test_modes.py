@@ -131,7 +131,7 @@ def test_a_plant_of_two_or_three_modes_gets_a_design_of_as_many_states_as_its_op
     spec = spec_of(*flexible(count))
     block, _ = designed_and_tuned(Task(spec.blocks[0], spec.dt, spec.blocks[0].auto))
     kept(block, vehicle_in(spec), spec.blocks[0].auto)
-    assert block.observer.order == 2 * count + 4
+    assert block.observer.order == 2 * count + 6  # four more than the plant has
     assert block.certificate.gamma <= 1.0003 * block.certificate.gamma_star
     assert 1.0 < block.certificate.extra["attenuation"] < block.certificate.extra["attenuation_limit"]
 
