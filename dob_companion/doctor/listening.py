@@ -14,6 +14,7 @@ import numpy as np
 from dob_companion.artifact import DobDesign
 from dob_companion.companion.clocks import ClockCheck
 from dob_companion.companion.streams import StreamRequests
+from dob_companion.doctor.pairs import Pairs
 from dob_companion.doctor.reading import ParameterReading
 from dob_companion.doctor.rotation import RotationSearch
 from dob_companion.doctor.streamlog import MOST_KEPT, StreamLog
@@ -123,8 +124,7 @@ class Listening:
         self._until = now + (seconds if patience is None else patience)
         self._next_beat = now
         self._next_timesync = float("inf")
-        self._gyro: GyroSample | None = None
-        self._paired_us = 0
+        self._pairs = Pairs(design) if design else None
         self._out: list[bytes] = []
 
     # The four verbs -------------------------------------------------------------------------------------------
@@ -269,25 +269,20 @@ class Listening:
             self.round_trips_s.append(seconds)
 
     def _sample(self, sample: GyroSample) -> None:
-        self._gyro = sample
         self.clocks.gyro(sample.stamp_us)
         self.finite = self.finite and bool(np.all(np.isfinite(sample.rates)))
         if len(self.rates_seen) < 2:
             self.rates_seen.add(sample.rates)
+        if self.finite and self._pairs and self.check and self.rotations:
+            for pair in self._pairs.gyro(sample):
+                for each in (self.check, self.rotations):
+                    if pair is None:
+                        each.interrupt()
+                    else:
+                        each.add(*pair)
 
     def _moment(self, applied: AppliedMoment) -> None:
         self.ages.append(applied.age_samples)
         self.clocks.moment(applied.stamp_us)
-        gyro = self._gyro
-        check, rotations = self.check, self.rotations
-        if check is None or rotations is None or gyro is None or gyro.stamp_us != applied.stamp_us or not self.finite:
-            return
-        step = 1e-6 * (applied.stamp_us - self._paired_us)
-        if abs(step - self._dt) > 0.5 * self._dt:
-            check.interrupt()
-            rotations.interrupt()
-        self._paired_us = applied.stamp_us
-        own = np.subtract(applied.moment, applied.correction)
-        if np.all(np.isfinite(own)):
-            check.add(gyro.rates, own)
-            rotations.add(gyro.rates, own)
+        if self._pairs:
+            self._pairs.moment(applied)

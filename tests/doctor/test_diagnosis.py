@@ -295,11 +295,27 @@ class Responding(Road):
         self.at(now, mav.MAVLink_actuator_control_target_message(stamp, 0, moment))
 
 
+class ReadByScript(Responding):
+    """The same, its moment read between the gyro's samples and not for each, as ArduPilot's script does."""
+
+    def sample(self, now, stamp, k):
+        def rate(stamp_us):
+            return math.sin(75e-6 * stamp_us) + math.sin(27e-6 * stamp_us)
+
+        self.at(now, mav.MAVLink_highres_imu_message(stamp, 0, 0, 0, rate(stamp), 0, 0, *[0] * 7, 56))
+        if k % 3:
+            read = stamp + 1200
+            moment = [-0.1 * self.sign * rate(read), 0, 0, 0.5, 0, 0, 0, -1]
+            self.at(now, mav.MAVLink_actuator_control_target_message(read, 0, moment))
+
+
 @pytest.mark.parametrize(("sign", "said"), [(1.0, "belong together"), (-1.0, "roll is inverted")])
-def test_signs_are_judged_where_the_vehicle_moves(sign, said):
-    road = Responding(design=small_design(axes=("roll",)))
+@pytest.mark.parametrize("kind", [Responding, ReadByScript])
+def test_signs_are_judged_where_the_vehicle_moves(kind, sign, said):
+    ardupilot = mav.MAV_AUTOPILOT_ARDUPILOTMEGA
+    road = kind(design=small_design(axes=("roll",)), autopilot=ardupilot, steps_us=(2500, 5000))
     road.sign = sign
-    diagnosis, _ = road.listen()
+    diagnosis, _ = road.listen(4.0)
     assert said in texts(diagnosis, "signs")
     assert diagnosis.fit == (sign > 0)
 
