@@ -188,7 +188,7 @@ def _limits(p: Floats, *, apart: bool = False) -> tuple[Floats, Floats, Floats]:
     least = np.concatenate([LEAST, np.where(frequency > 1.0, frequency / 1.5, 1e-3)])
     if apart and p[LAG] > 0.0:
         most[POLE] = min(most[POLE], max(p[POLE], 0.5 / p[LAG]))
-        most[LAG] = min(most[LAG], 2.0 * p[LAG])
+        most[LAG] = min(most[LAG], max(2.0 * p[LAG], 1.0 / MOST[POLE]))
     return scale, most, least
 
 

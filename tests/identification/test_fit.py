@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dob_companion.autopilots.transfer import NOTHING
-from dob_companion.identification.fit import Data
+from dob_companion.identification.fit import DELAY, LAG, POLE, Data, Fit, fit, spread
 from dob_companion.identification.spectra import LEFT, Estimate
 
 BANDS, AVERAGES, RUNS = 12, 9, 300
@@ -60,6 +60,19 @@ def test_a_lag_as_good_as_none_is_none():
         responses = [data.model(np.array([2.0, lag, 0.01, 0.0])) for lag in (0.0, 1e-105, 1e-8)]
     for each in responses[1:]:
         np.testing.assert_allclose(each, responses[0], rtol=1e-5)
+
+
+@pytest.mark.parametrize("lag", [0.0, 2e-7])
+def test_the_interval_of_a_lag_that_is_hardly_there_ends_where_the_data_end_it(lag):
+    rng, true = np.random.default_rng(4), np.array([2.0, 0.0, 0.004, 0.0])
+    frequency = np.geomspace(4.0, 200.0, 30)
+    bare = Data(frequency, np.ones(30, complex), np.ones(30), NOTHING, 0.004).model(true)
+    data = Data(frequency, bare * (1.0 + 0.01 * noise(rng, 30)), 0.01 * np.abs(bare), NOTHING, 0.004)
+    best = fit(data, (POLE, LAG, DELAY), true)
+    near = np.where(np.arange(4) == LAG, lag, best.parameters)
+    width = spread(Fit(best.gain, near, best.free, float(np.sum(data.left(near) ** 2)), data))
+    assert best.parameters[LAG] < 1e-3
+    assert 1e-4 < width.parameters[LAG][1] < 3e-3
 
 
 def test_weights_that_are_estimated_are_believed_as_far_as_a_mean_of_them_scatters():
