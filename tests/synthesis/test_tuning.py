@@ -16,6 +16,7 @@ from dob_companion.lti.gramian import gramian
 from dob_companion.report.design_page import design_page
 from dob_companion.synthesis import design_from_toml, parse_spec, synthesize
 from dob_companion.synthesis.plant.models import from_data
+from dob_companion.synthesis.tune import together
 from dob_companion.synthesis.tune import tuning as tuning_module
 from dob_companion.synthesis.tune.tuning import Task, designed_and_tuned, tuned_design_from_toml
 from dob_companion.synthesis.tune.written import tuned_spec
@@ -159,17 +160,31 @@ def over_gains(found):
     return np.mean(np.array([found.attenuation, *found.at_gains]) ** -2.0) ** -0.5
 
 
-@pytest.mark.proof
-def test_coupled_axes_attenuate_within_their_limits_and_the_written_weights_give_the_observer_again():
+def two_coupled(more=""):
+    """Two axes of the paper's dynamics behind a mixer, and what is asked of pitch."""
     mixer = ((1.0, 0.15), (0.1, 1.0))
-    lines = ['[[block]]\nname = "both"\naxes = ["roll", "pitch"]']
+    lines = [f'[[block]]\nname = "both"\naxes = ["roll", "pitch"]\n{more}']
     for i, to in enumerate(("roll", "pitch")):
         for j, source in enumerate(("roll", "pitch")):
             head = f'[[block.plant.entry]]\nfrom = "{source}"\nto = "{to}"'
             lines.append(f"{head}\nzeros = [-1.716]\npoles = [1.0, 0.9447]\ngain = {0.14131 * mixer[i][j]}")
         head = f'[[block.controller.entry]]\nfrom = "{to}"\nto = "{to}"'
         lines.append(f"{head}\nzeros = [0.8343, 0.9987]\npoles = [0.0, 1.0]\ngain = 0.9002")
-    text = PITCH[: PITCH.index("[[block]]")] + "\n".join(lines) + "\n"
+    return PITCH[: PITCH.index("[[block]]")] + "\n".join(lines) + "\n"
+
+
+@pytest.mark.proof
+def test_more_states_make_coupled_axes_better_where_the_spec_allows_them(monkeypatch):
+    monkeypatch.setattr(together._Choice, "rows", lambda *_: ())
+    four, six = (tuned(parse_spec(two_coupled(more))) for more in ("", "largest_order = 12\n"))
+    assert (four.order, six.order) == (8, 12)
+    assert over_gains(six.chosen) > over_gains(four.chosen)
+    assert six.asked.excess(six.chosen) == 0.0
+
+
+@pytest.mark.proof
+def test_coupled_axes_attenuate_within_their_limits_and_the_written_weights_give_the_observer_again():
+    text = two_coupled()
     design, (tuning,) = tuned_design_from_toml(text, "both.toml")
     proof = design.blocks[0].certificate
     assert proof.disk_margin >= parse_spec(text).auto.least_disk_margin

@@ -20,7 +20,7 @@ from dob_companion.synthesis.optimal.coupled import Programme, Row, Solved
 from dob_companion.synthesis.optimal.coupled_weights import coupled_weights
 from dob_companion.synthesis.optimal.poles import free
 from dob_companion.synthesis.optimal.problem import Axis, Block, Spectrum, Wanted
-from dob_companion.synthesis.optimal.search import Search
+from dob_companion.synthesis.optimal.search import MOST_ORDER, Search
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import from_data, to_state_space
 from dob_companion.synthesis.plant.problem import Problem
@@ -33,7 +33,7 @@ from dob_companion.synthesis.tune.limits import Row as Line
 from dob_companion.synthesis.tune.yardstick import Measured, Yardstick, as_certified
 
 ORDER = 4
-"""States for each output, where the plant needs no more."""
+"""States for each output, where the plant needs no more and the spec states no largest order."""
 
 SLACKS = (1.002, 1.01, 1.05)
 """The programme keeps clear of the limits by the first factor; by more when the certificate still says otherwise."""
@@ -56,10 +56,10 @@ class _Choice:
         self.posed = Block(self.plant, self.controller, self.delays, auto.attitude_gain)
         self.spectrum = Spectrum(auto.spectrum, auto.disturbance_rms if auto.attitude_gain else None)
         self.bounds = AttenuationLimits(self.posed, self.spectrum, auto.noise_rms)
-        least = -(-(self.plant.nstates + 1) // size)  # for each output to have something free
+        self.least = least = -(-(self.plant.nstates + 1) // size)  # for each output to have something free
         self.order = max(ORDER, least)
         if block.largest_order is not None:
-            self.order = min(self.order, block.largest_order // size)
+            self.order = min(max(MOST_ORDER, least), block.largest_order // size)
         if self.order < least:
             raise UnsolvableError(
                 f"largest_order is {block.largest_order}: an observer of these axes has {least * size} states at "
@@ -97,7 +97,7 @@ class _Choice:
         except DobError:
             return None
         found = Search(axis, self.spectrum, self.order).best(wanted) if axis.order + 2 <= self.order else None
-        return found.solved.x if found is not None and len(found.solved.x) == self.order else None
+        return found.solved.x if found is not None and len(found.solved.x) >= self.least else None
 
     def solve(self, limits: Limits, slack: float, poles: tuple[Any, ...]) -> tuple[Programme, Solved | None]:
         """The best numerators for these poles."""
@@ -170,7 +170,7 @@ class _Choice:
             if solved is None or found is None:
                 continue
             W_d, c = _matrices(found[0]), Zpk((), (), float(found[1].D[0, 0]))
-            for order in self._orders():
+            for order in self._orders(sum(len(x) for x in poles)):
                 try:
                     block = design_block(self._weighted(W_d, c, order), self.dt)
                     chosen = self.proved(block)
@@ -182,11 +182,10 @@ class _Choice:
                 break
         raise trouble
 
-    def _orders(self) -> list[int | None]:
+    def _orders(self, own: int) -> list[int | None]:
         """Largest orders to reduce to: the optimum's own, a few states more where rounding spoils that, then any."""
-        size = len(self.delays)
-        own, stated = size * self.order, self.block.largest_order
-        return [own, own + size, None] if stated is None else sorted({own, stated})
+        stated = self.block.largest_order
+        return [own, own + len(self.delays), None] if stated is None else [own, *({stated} - {own})]
 
     def _weighted(self, W_d: Matrices, c: Zpk, order: int | None) -> BlockSpec:
         where = f"{self.block.where}: weights"
