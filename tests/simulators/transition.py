@@ -17,9 +17,10 @@ import numpy as np
 from tests.ardupilot.namespace import go_inside
 from tests.ardupilot.programs import PROGRAMS, signal
 from tests.ardupilot.tailsitter import PlaneGround
-from tests.simulators.aircraft import TAILSITTER, Flight, Wire, hover
+from tests.simulators.aircraft import TAILSITTER, Flight, Wire, hover, number, payload
+from tests.simulators.relay import Way, passed
 
-LOITER = 12
+LOITER, EXTENDED_SYS_STATE, MULTICOPTER = 12, 245, 3
 FORWARD_S = 20.0
 LEFT, WING, BACK, HOVER, ACTIVE = "hover left", "on its wing", "back asked for", "in hover", "active again"
 
@@ -49,12 +50,25 @@ def fly(flight: Flight) -> None:
         time.sleep(3.0)
 
 
+def told_of_hover(log: Path, after: float) -> float:
+    """When the companion was first told that it is a multicopter again, monotonic s."""
+    return next(
+        p.came
+        for p in passed(log)
+        if p.came > after
+        and p.way is Way.DOWN
+        and number(p.frame) == EXTENDED_SYS_STATE
+        and payload(p.frame, 2)[0] == MULTICOPTER
+    )
+
+
 def result(directory: Path, marks: dict[str, float], texts: list[tuple[float, int, str]]) -> dict[str, object]:
     """When it was gone, that it stayed gone, and when it was back; times in s from the command to leave hover."""
-    wire, began = Wire.of(TAILSITTER, directory / "wire.log"), marks[LEFT]
-    before, after = wire.acting(began - 2.0, began), wire.acting(began, marks[HOVER])
+    log, began = directory / "wire.log", marks[LEFT]
+    wire, told = Wire.of(TAILSITTER, log), told_of_hover(log, marks[BACK])
+    before, after = wire.acting(began - 2.0, began), wire.acting(began, told)
     acting = after[np.any(after[:, 5:] != 0.0, axis=1)]
-    away = wire.acting(marks[WING], marks[HOVER])
+    away = wire.acting(marks[WING], told)
     return {
         "largest before": float(np.abs(before[:, 5:]).max()),
         "zero after s": float(acting[-1, 0] - began),
