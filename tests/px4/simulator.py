@@ -102,6 +102,8 @@ def sih(program: Path, directory: Path, **more: float) -> Iterator[Sih]:
         try:
             running = Sih(program, directory)
             running.wait()
+            for name, value in (PARAMETERS | more).items():  # 1.15 takes none from its environment
+                running.shell("param", "set", name, f"{value:g}")
             running.shell("sih_disturbance", "start")
             running.install()
             yield running

@@ -18,6 +18,19 @@ static constexpr float SWITCHED_ON = 0.5f;
 static constexpr int32_t MULTIROTOR = 0;                 // CA_AIRFRAME
 static constexpr const char *READY = "ready";
 
+// Before July 2023 PX4 has no such flag: its allocator works whenever rates are controlled.
+template<typename Mode>
+static auto allocates(const Mode &mode, int) -> decltype(static_cast<bool>(mode.flag_control_allocation_enabled))
+{
+	return mode.flag_control_allocation_enabled;
+}
+
+template<typename Mode>
+static bool allocates(const Mode &, long)
+{
+	return true;
+}
+
 DobCorrection::DobCorrection() :
 	ModuleParams(nullptr),
 	WorkItem("dob_correction", px4::wq_configurations::rate_ctrl)
@@ -148,7 +161,7 @@ const char *DobCorrection::barred() const
 
 bool DobCorrection::in_hover() const
 {
-	return armed() && !_landed.landed && _mode.flag_control_rates_enabled && _mode.flag_control_allocation_enabled
+	return armed() && !_landed.landed && _mode.flag_control_rates_enabled && allocates(_mode, 0)
 	       && _status.nav_state != vehicle_status_s::NAVIGATION_STATE_TERMINATION
 	       && _status.vehicle_type == vehicle_status_s::VEHICLE_TYPE_ROTARY_WING && !_status.is_vtol
 	       && !_status.in_transition_mode;
