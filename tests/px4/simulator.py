@@ -55,7 +55,7 @@ class Sih:
     def wait(self) -> None:
         """Until the shell answers and the rate controller runs."""
         deadline = time.monotonic() + 60.0
-        while "boot_complete" not in self.log and "logger" not in self.log:
+        while "Startup script returned" not in self.log:
             if time.monotonic() > deadline:
                 raise TimeoutError(f"PX4 has not started: {self.log[-500:]}")
             time.sleep(0.2)
