@@ -14,10 +14,10 @@ import control as ct
 import numpy as np
 from numpy.typing import NDArray
 
+from dob_companion.synthesis.optimal.asked import spectrum_of
 from dob_companion.synthesis.optimal.bound import attenuation_limit
 from dob_companion.synthesis.optimal.coupled import Programme, Row
 from dob_companion.synthesis.optimal.problem import Axis, Block, Spectrum, Wanted
-from dob_companion.synthesis.optimal.reached import spectrum_of
 from dob_companion.synthesis.optimal.search import Search
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import stack

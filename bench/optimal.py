@@ -16,9 +16,10 @@ import control as ct
 from bench._axes import Case, cases
 from bench._searched import searched_design
 from dob_companion.errors import DobError
+from dob_companion.synthesis.optimal.asked import spectrum_of
 from dob_companion.synthesis.optimal.bound import attenuation_limit
 from dob_companion.synthesis.optimal.problem import Axis, Block, Wanted
-from dob_companion.synthesis.optimal.reached import attenuation, spectrum_of
+from dob_companion.synthesis.optimal.reached import attenuation
 from dob_companion.synthesis.optimal.search import MOST_ORDER, ORDER, Search, usual_order
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import from_data, to_state_space

@@ -28,12 +28,7 @@ from dob_companion.identification.fit import (
     simplest,
     spread,
 )
-from dob_companion.identification.flights import (
-    Between,
-    Flights,
-    compared,
-    parts,
-)
+from dob_companion.identification.flights import Between, Flights, compared, parts
 from dob_companion.identification.grid import Flags
 from dob_companion.identification.held import held_response
 from dob_companion.identification.known import Known
@@ -47,12 +42,7 @@ from dob_companion.identification.result import (
     Response,
 )
 from dob_companion.identification.segments import INJECTED, Instrument, excited, instruments, stretches
-from dob_companion.identification.spectra import (
-    FINE,
-    Estimate,
-    Spans,
-    estimate,
-)
+from dob_companion.identification.spectra import FINE, Estimate, Spans, estimate
 from dob_companion.identification.views import Seen, Stretches, Views, reference_of
 
 FIRST_REFERENCE = np.array([0.03, 0.03, 0.01, 0.0])
@@ -144,8 +134,7 @@ class OneAxis:
     def _judged(self, first: Seen) -> AxisResult:
         data = self._data(first.estimate, first.reference)
         start = fit(data, (POLE, LAG, DELAY), best_start(data))
-        reference = start.parameters.copy()
-        reference[POLE] = max(reference[POLE], LEAST_POLE)
+        reference = _reference(start)
         seen = self._seen(first.instrument, first.spans, reference)
         response = self._response(seen)
         if len(response.frequency) < verdict.BANDS:
@@ -155,8 +144,7 @@ class OneAxis:
         resolved = seen.estimate
         bending = flexible(self._data(fine, reference), richest, self._modes) if _resolves(fine, resolved) else richest
         if len(bending.parameters) > MODES:  # which the reference must know, for a window widens what is sharp
-            reference = bending.parameters.copy()
-            reference[POLE] = max(reference[POLE], LEAST_POLE)
+            reference = _reference(bending)
             seen = self._seen(first.instrument, first.spans, reference)
             response, fine = self._response(seen), self._fine(seen)
             resolved = fine
@@ -316,6 +304,12 @@ class OneAxis:
             held_out_misfit=held_out_misfit,
             held_out_chi2=held_out_chi2,
         )
+
+
+def _reference(found: Fit) -> Floats:
+    reference = found.parameters.copy()
+    reference[POLE] = max(reference[POLE], LEAST_POLE)
+    return reference
 
 
 def _too_little(seen: Seen) -> str:

@@ -10,16 +10,9 @@ from dataclasses import replace
 from dob_companion.artifact import AXES
 from dob_companion.identification import verdict
 from dob_companion.identification.axis import OneAxis
-from dob_companion.identification.flights import (
-    contradiction,
-    joined,
-    known_together,
-)
+from dob_companion.identification.flights import contradiction, joined, known_together
 from dob_companion.identification.record import Record
-from dob_companion.identification.result import (
-    AxisResult,
-    Identification,
-)
+from dob_companion.identification.result import AxisResult, Identification
 from dob_companion.identification.segments import USED, segments
 from dob_companion.identification.views import Stretches, Views
 

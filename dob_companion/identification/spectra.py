@@ -247,8 +247,7 @@ def _of_level(level: Level, axis: int, vague: float) -> tuple[Indices, Estimate]
     sure = (coherence_u - 1.0 / many) / (1.0 - 1.0 / many)  # what few averages show by chance
     strong = (1.0 - sure < WEAK * sure * many) & (many >= LEFT + 3.0)
     _leave_out(S_vr, S_yr, strong, axis)
-    # Instruments that are one have no inverse, and nothing is said by them (`checks.moved_alike`).
-    inverse = np.linalg.inv(S_vr) if np.all(np.linalg.cond(S_vr) < 1e12) else np.linalg.pinv(S_vr)
+    inverse = _inverse(S_vr)
     H = np.einsum("bj,bjk->bk", S_yr, inverse)
     instrument = np.einsum("wbj,bj->wb", R.conj(), inverse[index, :, axis])  # the sum of y times it is H of the axis
     left = averages - np.count_nonzero(H, axis=1)
@@ -284,8 +283,12 @@ def _ratio(level: Level, x: Complexes, strong: NDArray[np.bool_], axis: int) -> 
     S_rr = level.banded(np.einsum("wbk,wbj->bkj", R, R.conj()))
     S_xr = level.banded(np.einsum("wb,wbj->bj", x, R.conj()))
     _leave_out(S_rr, S_xr, strong, axis)
-    inverse = np.linalg.inv(S_rr) if np.all(np.linalg.cond(S_rr) < 1e12) else np.linalg.pinv(S_rr)
-    return np.asarray(np.einsum("bj,bjk->bk", S_xr, inverse))
+    return np.asarray(np.einsum("bj,bjk->bk", S_xr, _inverse(S_rr)))
+
+
+def _inverse(S: Complexes) -> Complexes:
+    """Instruments that are one have no inverse, and nothing is said by them (`checks.moved_alike`)."""
+    return np.asarray(np.linalg.inv(S) if np.all(np.linalg.cond(S) < 1e12) else np.linalg.pinv(S))
 
 
 def _leave_out(S_vr: Complexes, S_yr: Complexes, strong: NDArray[np.bool_], axis: int) -> None:

@@ -17,7 +17,8 @@ import numpy as np
 from dob_companion.artifact import DobBlock, loads
 from dob_companion.synthesis import parse_spec
 from dob_companion.synthesis.design import problem_of
-from dob_companion.synthesis.optimal.reached import attenuation, spectrum_of
+from dob_companion.synthesis.optimal.asked import spectrum_of
+from dob_companion.synthesis.optimal.reached import attenuation
 from dob_companion.synthesis.plant.models import from_data
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "px4_sih.toml"

@@ -63,11 +63,11 @@ SCALE = 1e3
 """A value of the order of 1 is what the search's tolerances are meant for."""
 
 
-def attenuation_limit(block: Block, spectrum: Spectrum, wanted: Wanted) -> float:
+def attenuation_limit(block: Block, spectrum: Spectrum, wanted: Wanted) -> float | None:
     """An upper bound on RMS attitude error off / on, the plant as modelled, of every stable observer within the limits.
 
     Limits are `wanted`'s disk margin, noise and peak. Its delay margin and slowest mode play no part, which can only
-    raise the bound; neither do its gains.
+    raise the bound; neither do its gains. None where the search found nothing that bounds.
     """
     return AttenuationLimits(block, spectrum, wanted.noise_rms).of(wanted)
 
@@ -81,13 +81,13 @@ class AttenuationLimits:
         self._searched, self._evaluated = (Ground(block, spectrum, noise_rms, count) for count in counts)
         self._last: Array | None = None
 
-    def of(self, wanted: Wanted) -> float:
-        """As `attenuation_limit`; infinite where the search found nothing that bounds."""
+    def of(self, wanted: Wanted) -> float | None:
+        """As `attenuation_limit`."""
         dual = Dual(self._searched, wanted)
         begin = self._last if self._last is not None and len(self._last) == dual.size else None
         self._last = dual.best(begin)
         value = Dual(self._evaluated, wanted).bound(self._last)
-        return float(1.0 / np.sqrt(value)) if value > 0.0 else float("inf")
+        return float(1.0 / np.sqrt(value)) if value > 0.0 else None
 
 
 class Ground:

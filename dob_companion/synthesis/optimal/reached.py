@@ -17,6 +17,7 @@ from dob_companion.errors import UnsolvableError
 from dob_companion.lti.gramian import gramian
 from dob_companion.lti.response import largest, response, spectral_radius
 from dob_companion.synthesis.numeric import numbers_judged
+from dob_companion.synthesis.optimal.asked import spectrum_of
 from dob_companion.synthesis.optimal.bound import attenuation_limit
 from dob_companion.synthesis.optimal.problem import Block, Spectrum, Wanted, grid
 from dob_companion.synthesis.plant.loop import close_loop
@@ -68,7 +69,7 @@ def _findings(problem: Problem, observer: Any, auto: AutoSpec, disk_margin: floa
             limit = attenuation_limit(block, spectrum, wanted)
     except UnsolvableError as reason:
         return found | {"attenuation_limit_absent": str(reason)}
-    if not np.isfinite(limit):
+    if limit is None:
         return found | {"attenuation_limit_absent": "no bound was found"}
     at = {"disk_margin": wanted.disk_margin, "noise": wanted.noise}
     at |= {} if wanted.peak is None else {"noise_gain": wanted.peak}
@@ -86,11 +87,6 @@ def attenuation(problem: Problem, observer: Any, auto: AutoSpec, spectrum: Spect
             return None
     off, on = (_attitude_rms(problem, each, auto, spectrum, gain) for each in (None, observer))
     return off / on if np.isfinite(off) and 0.0 < on < np.inf else None
-
-
-def spectrum_of(auto: AutoSpec) -> Spectrum:
-    """The disturbance of [auto]; without an attitude loop noise would add up in the attitude without end."""
-    return Spectrum(auto.spectrum, auto.disturbance_rms if auto.attitude_gain else None)
 
 
 def weather_record(auto: AutoSpec) -> dict[str, object]:

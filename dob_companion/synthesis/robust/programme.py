@@ -16,8 +16,9 @@ from dob_companion.artifact import Certificate
 from dob_companion.errors import UnsolvableError
 from dob_companion.lti.response import response
 from dob_companion.synthesis.certify.certificate import Claim, certify
+from dob_companion.synthesis.optimal.asked import spectrum_of, wanted_of
 from dob_companion.synthesis.optimal.factors import ROOM, Factors
-from dob_companion.synthesis.optimal.problem import Axis, Responses, Spectrum, Wanted
+from dob_companion.synthesis.optimal.problem import Axis, Responses
 from dob_companion.synthesis.optimal.realization import weights
 from dob_companion.synthesis.optimal.search import Search, allowed_order
 from dob_companion.synthesis.plant.models import zpk
@@ -61,9 +62,9 @@ def programmed(asked: Problem, uncertainty: Uncertainty, auto: AutoSpec, largest
     """
     axis = Axis.of(asked.plant, asked.controller, asked.delays[0], auto.attitude_gain)
     most = allowed_order(axis, largest_order)
-    search = Search(axis, Spectrum(auto.spectrum, auto.disturbance_rms if auto.attitude_gain else None), most)
+    search = Search(axis, spectrum_of(auto), most)
     width = borne(asked, uncertainty)
-    wanted = _wanted(auto)
+    wanted = wanted_of(auto, SLACK)
     best: tuple[float, Any] | None = None
     for inside in INSIDE:
         search.factors = factors(search.on, uncertainty, width, inside)
@@ -114,18 +115,6 @@ def _widened(wide: Factors, on: Responses, most: float) -> Factors:
         larger = more * wide.bound
         bound = np.where(replace(wide, bound=larger).apart(on) > ROOM, larger, bound)
     return replace(wide, bound=bound)
-
-
-def _wanted(auto: AutoSpec) -> Wanted:
-    return Wanted(
-        disk_margin=auto.least_disk_margin * SLACK,
-        noise=auto.largest_noise / SLACK,
-        noise_rms=auto.noise_rms,
-        peak=None if auto.largest_peak is None else auto.largest_peak / SLACK,
-        delay_margin=auto.least_delay_margin,
-        slowest_s=auto.largest_mode_s / SLACK,
-        gains=auto.gains,
-    )
 
 
 def _certified(asked: Problem, axis: Axis, observer: Any) -> Made:

@@ -8,14 +8,14 @@ from dataclasses import replace
 from typing import Any
 
 import control as ct
-import numpy as np
 
 from dob_companion.artifact import DobBlock
 from dob_companion.errors import NotCertifiedError, UnsolvableError
 from dob_companion.lti.response import response
 from dob_companion.synthesis.design import design_block
+from dob_companion.synthesis.optimal.asked import spectrum_of
 from dob_companion.synthesis.optimal.bound import AttenuationLimits
-from dob_companion.synthesis.optimal.problem import Axis, Block, Spectrum, Wanted, attenuation
+from dob_companion.synthesis.optimal.problem import Axis, Block, attenuation
 from dob_companion.synthesis.optimal.realization import Weights, weights
 from dob_companion.synthesis.optimal.search import Found, Search, allowed_order
 from dob_companion.synthesis.plant.minimal import minimal
@@ -67,7 +67,7 @@ class _Choice:
         require_solvable(Problem(self.plant, self.controller, one, one, delays), block.axes)
         self.yardstick = Yardstick(self.plant, self.controller, delays, auto)
         self.axis = Axis.of(self.plant, self.controller, block.delay_samples, auto.attitude_gain)
-        self.spectrum = Spectrum(auto.spectrum, auto.disturbance_rms if auto.attitude_gain else None)
+        self.spectrum = spectrum_of(auto)
         self.search = Search(self.axis, self.spectrum, self._order())
         if (uncertain := block.uncertainty) and uncertain.synthesis == "robust":
             asked = Problem(self.plant, self.controller, one, one, delays)
@@ -84,19 +84,6 @@ class _Choice:
                 "(link delay not counted)"
             )
         return allowed_order(self.axis, stated)
-
-    def wanted(self, limits: Limits, slack: float) -> Wanted:
-        """Limits as the programmes take them."""
-        auto = self.auto
-        return Wanted(
-            disk_margin=limits.disk_margin * slack,
-            noise=limits.noise / slack,
-            noise_rms=auto.noise_rms,
-            peak=None if auto.largest_peak is None else auto.largest_peak / slack,
-            delay_margin=auto.least_delay_margin,
-            slowest_s=limits.slowest_s / slack,
-            gains=auto.gains,
-        )
 
     def measured(self, observer: Any) -> Measured | None:
         """By the yardstick; None for an unstable observer."""
@@ -130,14 +117,14 @@ class _Choice:
     def front(self) -> tuple[Found, tuple[Row, ...]]:
         """The best for what is asked, and the trade-off around it. Raises UnsolvableError."""
         slack = SLACKS[0]
-        first = self.search.best(self.wanted(self.asked, slack))
+        first = self.search.best(self.asked.wanted(self.auto, slack))
         if first is None or first.solved.value * HELPS > 1.0:
             raise UnsolvableError(self.refusal())
         first = self.search.weighable(first)
         if first is None:
             raise UnsolvableError(NO_WEIGHTS)
         limits = [*self.others(), *self.quieter(first)]
-        best, *found = self.search.front(first, [self.wanted(each, slack) for each in limits])
+        best, *found = self.search.front(first, [each.wanted(self.auto, slack) for each in limits])
         best = self.search.weighable(best or first) or first
         rows = []
         for asked, each in zip(limits, found, strict=True):
@@ -148,8 +135,7 @@ class _Choice:
 
     def limit(self, asked: Limits) -> float | None:
         """No observer of any order attenuates more within these limits."""
-        limit = self.bounds.of(self.wanted(asked, 1.0))
-        return limit if np.isfinite(limit) else None
+        return self.bounds.of(asked.wanted(self.auto, 1.0))
 
     def own(self) -> Measured | None:
         """The spec's own weights by the same yardstick, when it has any."""
@@ -164,7 +150,7 @@ class _Choice:
         """
         trouble: Exception | None = None
         for slack in SLACKS:
-            tight = best if slack == SLACKS[0] else self.search.nearby(best, self.wanted(self.asked, slack))
+            tight = best if slack == SLACKS[0] else self.search.nearby(best, self.asked.wanted(self.auto, slack))
             found = weights(self.axis, tight.observer(self.axis)) if tight else None
             if tight is None or found is None:
                 continue
@@ -204,7 +190,7 @@ class _Choice:
 
     def refusal(self) -> str:
         """Why nothing keeps the limits, and which of them stands in the way."""
-        asked, auto = self.wanted(self.asked, SLACKS[0]), self.auto
+        asked, auto = self.asked.wanted(self.auto, SLACKS[0]), self.auto
         loosened = {
             f"disk margin >= {auto.least_disk_margin:.3g}": replace(asked, disk_margin=1e-3),
             f"delay margin >= {auto.least_delay_margin:g}": replace(asked, delay_margin=0),

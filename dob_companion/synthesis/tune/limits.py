@@ -1,10 +1,12 @@
 """What a tuning must keep, what was found for it, and how it is told."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dob_companion.synthesis.optimal.asked import wanted_of
+from dob_companion.synthesis.optimal.problem import Wanted
 from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.parse import Matrices, Zpk
 from dob_companion.synthesis.tune.yardstick import Measured
@@ -28,6 +30,15 @@ class Limits:
     def of(cls, auto: AutoSpec) -> "Limits":
         """Those of [auto]."""
         return cls(auto.least_disk_margin, auto.largest_noise, auto.largest_mode_s, auto.least_delay_margin)
+
+    def wanted(self, auto: AutoSpec, slack: float) -> Wanted:
+        """As the programmes take them, beside what else `auto` asks, kept clear of by the factor `slack`."""
+        return replace(
+            wanted_of(auto, slack),
+            disk_margin=self.disk_margin * slack,
+            noise=self.noise / slack,
+            slowest_s=self.slowest_s / slack,
+        )
 
     def room(self, m: Measured) -> Array:
         """Logarithmic distance (4,) to each limit, negative where it is broken."""

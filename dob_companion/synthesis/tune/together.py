@@ -15,11 +15,12 @@ from dob_companion.artifact import DobBlock
 from dob_companion.errors import DobError, NotCertifiedError, UnsolvableError
 from dob_companion.lti.response import response
 from dob_companion.synthesis.design import design_block
+from dob_companion.synthesis.optimal.asked import spectrum_of
 from dob_companion.synthesis.optimal.bound import AttenuationLimits
 from dob_companion.synthesis.optimal.coupled import Programme, Row, Solved
 from dob_companion.synthesis.optimal.coupled_weights import coupled_weights
 from dob_companion.synthesis.optimal.poles import free
-from dob_companion.synthesis.optimal.problem import Axis, Block, Spectrum, Wanted
+from dob_companion.synthesis.optimal.problem import Axis, Block, Wanted
 from dob_companion.synthesis.optimal.search import MOST_ORDER, Search
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import from_data, to_state_space
@@ -54,7 +55,7 @@ class _Choice:
         require_solvable(Problem(self.plant, self.controller, one, one, self.delays), block.axes)
         self.yardstick = Yardstick(self.plant, self.controller, self.delays, auto)
         self.posed = Block(self.plant, self.controller, self.delays, auto.attitude_gain)
-        self.spectrum = Spectrum(auto.spectrum, auto.disturbance_rms if auto.attitude_gain else None)
+        self.spectrum = spectrum_of(auto)
         self.bounds = AttenuationLimits(self.posed, self.spectrum, auto.noise_rms)
         self.least = least = -(-(self.plant.nstates + 1) // size)  # for each output to have something free
         self.order = max(ORDER, least)
@@ -66,22 +67,9 @@ class _Choice:
                 "least (link delay not counted)"
             )
 
-    def wanted(self, limits: Limits, slack: float) -> Wanted:
-        """Limits as the programmes take them."""
-        auto = self.auto
-        return Wanted(
-            disk_margin=limits.disk_margin * slack,
-            noise=limits.noise / slack,
-            noise_rms=auto.noise_rms,
-            peak=None if auto.largest_peak is None else auto.largest_peak / slack,
-            delay_margin=auto.least_delay_margin,
-            slowest_s=limits.slowest_s / slack,
-            gains=auto.gains,
-        )
-
     def poles(self, limits: Limits) -> Iterator[tuple[Any, ...]]:
         """Sets of poles to try, free numbers for each output."""
-        wanted = self.wanted(limits, SLACKS[0])
+        wanted = limits.wanted(self.auto, SLACKS[0])
         radius = float(np.exp(-self.dt / wanted.slowest_s))
         generic = free(np.exp(-np.geomspace(*GENERIC, self.order)).astype(complex), radius)
         yield (generic,) * len(self.delays)
@@ -101,7 +89,7 @@ class _Choice:
 
     def solve(self, limits: Limits, slack: float, poles: tuple[Any, ...]) -> tuple[Programme, Solved | None]:
         """The best numerators for these poles."""
-        programme = Programme(self.posed, self.spectrum, self.wanted(limits, slack))
+        programme = Programme(self.posed, self.spectrum, limits.wanted(self.auto, slack))
         return programme, programme.solve(tuple(Row.of(self.plant, x, programme.radius) for x in poles))
 
     def best(self) -> tuple[tuple[Any, ...], Solved]:
@@ -128,7 +116,7 @@ class _Choice:
         found = self.yardstick.measure(observer)
         if found is None:
             return None
-        programme = Programme(self.posed, self.spectrum, self.wanted(self.asked, 1.0))
+        programme = Programme(self.posed, self.spectrum, self.asked.wanted(self.auto, 1.0))
         X = response(observer, programme.angles)[:, :, : self.plant.D.shape[0]]
         at = [programme.attenuation(X, gain) for gain in (1.0, *self.auto.gains)]
         return replace(found, attenuation=at[0], at_gains=tuple(at[1:]))
@@ -157,8 +145,7 @@ class _Choice:
 
     def limit(self, asked: Limits) -> float | None:
         """No observer of any order attenuates more within these limits."""
-        limit = self.bounds.of(self.wanted(asked, 1.0))
-        return limit if np.isfinite(limit) else None
+        return self.bounds.of(asked.wanted(self.auto, 1.0))
 
     def designed(self, poles: tuple[Any, ...]) -> tuple[Matrices, Zpk, DobBlock, Measured]:
         """Weights, and the block solved with them and certified, keeping the limits."""
