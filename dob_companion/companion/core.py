@@ -9,10 +9,9 @@
 correction runs on the vehicle's stamps (`dob`), so the companion behaves the same in lockstep.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from dob_companion.artifact import DobDesign
-from dob_companion.companion.clocks import seconds
 from dob_companion.companion.config import CompanionConfig
 from dob_companion.companion.dob import LONGEST_CLOSING_S
 from dob_companion.companion.loop import Loop, Task, observing
@@ -21,9 +20,9 @@ from dob_companion.companion.obeyed import Obeyed
 from dob_companion.companion.operator import Operator
 from dob_companion.companion.outgoing import Outgoing
 from dob_companion.companion.parameters import Parameters
+from dob_companion.companion.remarks import Remark, Remarks
 from dob_companion.companion.status import Event, Status
 from dob_companion.companion.streams import WantedStreams
-from dob_companion.companion.waiting import Waiting
 from dob_companion.companion.zeros import Zeros
 from dob_companion.mavlink import (
     AppliedMoment,
@@ -90,7 +89,7 @@ class Companion:
         )
         self._streams = self._new_streams()
         self._neighbours = Neighbours()
-        self._waiting = Waiting()
+        self._remarks = Remarks()
         self._zeros = Zeros(task.dt)
         self._greeting = task.greeting
         self._out = Outgoing()
@@ -101,7 +100,6 @@ class Companion:
         self._close_by = float("inf")
         self._untold = 0
         self._answered: int | None = None
-        self._two_clocks = False
 
     # The four verbs -------------------------------------------------------------------------------------------
 
@@ -342,7 +340,7 @@ class Companion:
             self._say(Severity.WARNING, f"DOB: {words}"[:50])
         if silent and newest_us:  # or a ground station would go on showing what was told last
             self._tell(newest_us)
-        self._say_what_is_waited_for(now)
+        self._remark(self._remarks.each_second(self.loop, now))
 
     def _without_samples(self, now: float) -> None:
         """Silence: the vehicle has faded by itself, and zeros tell it that this was the end of it."""
@@ -370,29 +368,14 @@ class Companion:
     # Words ----------------------------------------------------------------------------------------------------
 
     def _report(self) -> None:
-        self._report_clocks(self.loop.clock_offset_s)
+        self._remark(self._remarks.clocks(self.loop.clock_offset_s))
         for change in self.loop.take_transitions():
-            self._waiting.said(change.reason)
+            self._remarks.changed(change.reason)
             self._say_change(change)
 
-    def _say_what_is_waited_for(self, now: float) -> None:
-        state = self.loop.state
-        if state in (State.WAITING, State.TRACKING):
-            why = self._waiting.news(self.loop.why, now)
-            if why:
-                self._say(Severity.NOTICE, f"DOB {state.name}: {why}")
-        elif state is not State.RAMP_OUT:  # whose reason has just been said
-            self._waiting.over()
-
-    def _report_clocks(self, offset: float | None) -> None:
-        """Once on the way in and once on the way out: it stands between a right vehicle and injecting."""
-        if (offset is not None) == self._two_clocks:
-            return
-        self._two_clocks = offset is not None
-        if offset is None:
-            self._say(Severity.NOTICE, "DOB: gyro and moments on one clock")
-        else:
-            self._say(Severity.WARNING, f"DOB: gyro and moments on two clocks: {seconds(offset)}")
+    def _remark(self, remarks: Iterable[Remark]) -> None:
+        for severity, text in remarks:
+            self._say(severity, text)
 
     def _say_change(self, change: Transition) -> None:
         severity = Severity.CRITICAL if change.target is State.FAULT else Severity.NOTICE

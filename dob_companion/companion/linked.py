@@ -59,6 +59,11 @@ class LinkedLoop:
         return self.shaper.f > 0.0
 
     @property
+    def shortfall(self) -> str:
+        """What the design has not reckoned with in a link that is good enough, in words; "" for nothing."""
+        return self.gate.shortfall
+
+    @property
     def newest_us(self) -> int | None:
         """Stamp of the newest gyro sample; None before the first."""
         return self.samples.newest_us

@@ -33,6 +33,10 @@ class Loop(Protocol):
         """What speaks against injecting, in words."""
 
     @property
+    def shortfall(self) -> str:
+        """What the design has not reckoned with in a link that is good enough, in words; "" for nothing."""
+
+    @property
     def injecting(self) -> bool:
         """Whether the last answer may differ from zero."""
 

@@ -175,10 +175,13 @@ class LinkGate:
     without our corrections for longer than it holds them breaks it off at once.
     """
 
-    __slots__ = ("_broken", "_hysteresis", "_p95_limit", "_rate_hz", "delay", "median_limit", "rate", "takeup", "why")
+    __slots__ = (
+        "_broken", "_delay_samples", "_hysteresis", "_p95_limit", "_rate_hz", "delay", "median_limit", "rate", "takeup",
+        "why",
+    )  # fmt: skip
 
     def __init__(self, rate_hz: float, delay_samples: int, delay_margin_samples: int) -> None:
-        self._rate_hz = rate_hz
+        self._rate_hz, self._delay_samples = rate_hz, delay_samples
         self.median_limit = delay_samples + 1
         self._p95_limit = delay_samples + delay_margin_samples
         self._hysteresis = Hysteresis(rise_us=500_000, fall_us=100_000)
@@ -195,6 +198,15 @@ class LinkGate:
     def delay_median(self) -> int:
         """Median delay in samples over the last 2 s."""
         return self.delay.percentile(0.5)
+
+    @property
+    def shortfall(self) -> str:
+        """How much later corrections act than the design has reckoned with, on a good link; "" where they do not. It
+        costs attenuation."""
+        late = self.delay.percentile(LATE)
+        if not self.good or late <= self._delay_samples:
+            return ""
+        return f"delay p95 {late} samples, designed for {self._delay_samples}"
 
     def broken(self, stamp_us: int) -> bool:
         """Whether the vehicle may have timed out when the answer to `stamp_us` arrives: the link must then prove

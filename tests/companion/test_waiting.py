@@ -1,4 +1,5 @@
-"""Why nothing is injected although it is switched on: each reason is said once, however often they take turns."""
+"""Why nothing is injected although it is switched on, or less is gained than designed for: each reason is said once,
+however often they take turns."""
 
 from pymavlink.dialects.v20 import common as mav
 
@@ -34,6 +35,29 @@ def test_the_reasons_of_one_wait_are_each_said_once_and_again_when_it_has_inject
     plane.armed = False
     plane.pairs(STANDS + 500)
     assert waited_for(plane)[len(first) :].count("DOB TRACKING: data are good") == 1
+
+
+def test_corrections_that_come_later_than_designed_are_told_of_once_for_each_switching_on():
+    plane = aircraft(CompanionConfig())
+    plane.pairs(600)
+    plane.write("DOB_ENABLE", 1.0)
+    plane.until(State.ACTIVE)
+    for at_first, later, told in ((1.0, 2.0, 1), (2.0, 2.0, 1)):  # and after another fade of the same flight
+        plane.age = at_first
+        plane.pairs(STANDS)
+        plane.age = later
+        plane.pairs(STANDS + 600)
+        assert texts(plane.said).count("DOB: delay p95 2 samples, designed for 1") == told
+        plane.armed = False
+        plane.until(State.TRACKING)
+        plane.armed = True
+        plane.until(State.ACTIVE)
+    plane.write("DOB_ENABLE", 0.0)
+    plane.pairs(STANDS)
+    plane.write("DOB_ENABLE", 1.0)
+    plane.until(State.ACTIVE)
+    plane.pairs(STANDS)
+    assert texts(plane.said).count("DOB: delay p95 2 samples, designed for 1") == 2
 
 
 def test_a_reason_that_passes_within_its_patience_is_not_said():

@@ -57,6 +57,14 @@ def test_a_delay_that_the_vehicle_does_not_know_is_not_good(age):
     assert "no delay" in gate.why
 
 
+@pytest.mark.parametrize(
+    ("late", "share", "told"),
+    [(1, 1.0, ""), (2, 0.04, ""), (2, 0.07, "delay p95 2 samples, designed for 1"), (9, 1.0, "")],
+)
+def test_delay_beyond_the_design_is_told_of_a_link_that_is_good_enough(late, share, told):
+    assert gate_after([late if (k % 100) < 100 * share else 1 for k in range(900)]).shortfall == told
+
+
 @given(st.lists(st.integers(0, 20), min_size=1, max_size=400))
 def test_percentiles_agree_with_numpy(ages):
     monitor = DelayMonitor()
