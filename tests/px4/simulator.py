@@ -29,7 +29,6 @@ PARAMETERS = {
     "COM_RC_IN_MODE": 4,  # no pilot's sticks
     "NAV_DLL_ACT": 0,
     "COM_CPU_MAX": -1,  # a busy machine is no reason not to arm here
-    "SDLOG_MODE": -1,
 } | {f"PWM_MAIN_FUNC{motor}": 0 for motor in (1, 2, 3, 4)}  # sih_disturbance drives them
 SENSE = {0: 160.0, 1: 160.0, 2: 13.33}
 """Angular acceleration, rad/s², when every motor is moved by all of its range in the sense of an axis: SIH_T_MAX 5 N,
@@ -88,21 +87,20 @@ def sih(program: Path, directory: Path, **more: float) -> Iterator[Sih]:
     """A quadrotor in `directory`, its log there as simulator.log. `more` are further parameters."""
     shutil.rmtree(directory / "vehicle", ignore_errors=True)
     (directory / "vehicle").mkdir(parents=True)
-    settings = {f"PX4_PARAM_{name}": f"{value:g}" for name, value in (PARAMETERS | more).items()}
-    settings |= {"PX4_SYS_AUTOSTART": "10040", "PX4_SIM_MODEL": "sihsim_quadx"}
+    aircraft = {"PX4_SYS_AUTOSTART": "10040", "PX4_SIM_MODEL": "sihsim_quadx"}
     forget_the_dead()
     command = [program, "-d", "-w", directory / "vehicle", program.parents[1] / "etc"]
     with (directory / "simulator.log").open("w") as log:
         process = subprocess.Popen(
             [*map(str, command)], stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
-            env=os.environ | settings,
+            env=os.environ | aircraft,
         )  # fmt: skip
         with contextlib.suppress(PermissionError):  # an autopilot does not wait for other programs
             os.sched_setscheduler(process.pid, os.SCHED_RR, os.sched_param(PRIORITY))
         try:
             running = Sih(program, directory)
             running.wait()
-            for name, value in (PARAMETERS | more).items():  # 1.15 takes none from its environment
+            for name, value in (PARAMETERS | more).items():  # not by its environment: 1.15 takes none from there
                 running.shell("param", "set", name, f"{value:g}")
             running.shell("sih_disturbance", "start")
             running.install()

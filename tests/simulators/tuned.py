@@ -14,9 +14,9 @@ import sys
 import time
 from pathlib import Path
 
-from tests.ardupilot import asked, tailsitter
+from tests.ardupilot import asked
 from tests.ardupilot import simulator as ardupilot
-from tests.ardupilot.flights import compared, fly, keep
+from tests.ardupilot.flights import COPTER, TAILSITTER, compared, fly, keep
 from tests.ardupilot.namespace import go_inside
 from tests.ardupilot.programs import PROGRAMS
 from tests.px4 import simulator as px4
@@ -27,12 +27,10 @@ WANTED = ("sine-roll", "sine-pitch", "noise-roll", "noise-pitch", "noise-yaw")
 LIMIT = 0.3
 """DOB_LIMIT in the flight, normalized torque: noise in yaw comes to 0.27, and a design from calm air allows 0.15."""
 AIRCRAFT = {
-    "ardupilot": ("DOB_ARDUCOPTER", ardupilot.copter, ardupilot.Ground, ardupilot.COMPANION_LINK, ()),
-    "arduplane": (
-        "DOB_ARDUPLANE", tailsitter.tailsitter, tailsitter.PlaneGround, ardupilot.COMPANION_LINK, tailsitter.OPTIONS
-    ),
-    "px4": ("DOB_PX4", px4.sih, px4.Px4Ground, px4.COMPANION_LINK, ()),
-}  # fmt: skip
+    "ardupilot": (*COPTER, ardupilot.COMPANION_LINK),
+    "arduplane": (*TAILSITTER, ardupilot.COMPANION_LINK),
+    "px4": ("DOB_PX4", px4.sih, px4.Px4Ground, (), px4.COMPANION_LINK),
+}
 
 
 def as_others() -> None:
@@ -48,7 +46,7 @@ def main() -> None:
     parser.add_argument("program", nargs="*", metavar="PROGRAM", help=", ".join(PROGRAMS))
     arguments = parser.parse_intermixed_args()
     go_inside("tests.simulators.tuned")
-    variable, aircraft, station, link, options = AIRCRAFT[arguments.autopilot]
+    variable, aircraft, station, options, link = AIRCRAFT[arguments.autopilot]
     directory = arguments.o.resolve()
     directory.mkdir(parents=True, exist_ok=True)
     with aircraft(Path(os.environ[variable]), directory):
