@@ -160,7 +160,7 @@ class DobLoop(LinkedLoop):
         for inputs in finished:
             self._model.advance(*inputs)
             self.watch.finished(inputs, self._strong_wind.advance(*inputs))
-        self.gate.rate.add(answer.stamp_us)
+        self.gate.rate.add(answer.stamp_us, self.samples.lost)
         self._samples += 1
         if self._samples % JUDGE_EVERY == 0:
             self.gate.judge(answer.stamp_us)

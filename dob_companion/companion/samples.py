@@ -140,6 +140,8 @@ class Samples:
         self._grid_rates: Axes3 = (0.0, 0.0, 0.0)
         self._moments: list[_Moment] = []
         self._finished: deque[_Interval] = deque(maxlen=revisable(missing))
+        self.lost = 0
+        """Samples that did not come between the newest and the one before."""
         self._owed = 0  # missing samples that have not been made up for, each by one that follows its predecessor
         self._spoilt = False
 
@@ -202,7 +204,7 @@ class Samples:
             self.counters.gaps += 1
             return self._begin(stamp_us, rates, Arrival.GAP)._replace(finished=finished or ())
         self.counters.bridged += missing > 0 or moments_missing > 0
-        self._newest, self._rates, self._owed = stamp_us, rates, owed
+        self._newest, self._rates, self._owed, self.lost = stamp_us, rates, owed, missing
         self.counters.stepped += len(finished)
         return Arrived(Arrival.NEXT, finished, self._rates_now(finished))
 
@@ -235,7 +237,7 @@ class Samples:
         self._grid, self._grid_rates = float(stamp_us), rates
         self._finished.clear()
         self._forget()
-        self._owed, self._spoilt = 0, False
+        self._owed, self._spoilt, self.lost = 0, False, 0
         return Arrived(arrival, (), rates)
 
     def _samples_missing(self, previous: int, stamp_us: int) -> int:

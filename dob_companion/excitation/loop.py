@@ -169,7 +169,7 @@ class ExcitationLoop(LinkedLoop):
         if stamp_us is None or self.answer is None:
             return
         self._echo.sent(stamp_us, self.answer.correction)
-        self.gate.rate.add(stamp_us)
+        self.gate.rate.add(stamp_us, self.samples.lost)
         self._count += 1
         if self._count % JUDGE_EVERY == 0:
             self.gate.judge(stamp_us)

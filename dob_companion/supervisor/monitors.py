@@ -10,8 +10,8 @@ from dob_companion.supervisor.takeup import TakeUp
 WINDOW_US = 2_000_000
 """Rate and delay are judged over the last 2 s of vehicle time."""
 
-FULL_RATE, STILL_FULL = 0.95, 0.90
-"""Shares of a rate that count as that rate: before it is relied on, and once it is."""
+FULL_RATE, STILL_FULL, STILL_COMES = 0.95, 0.90, 0.75
+"""Shares of a rate that count as that rate: before it is relied on; once it is, of what is sent, and of what comes."""
 
 LATE = 0.95
 """Share of the corrections that count: the latest of them are not waited for."""
@@ -27,18 +27,28 @@ MOST_IN_WINDOW = 16_384
 
 
 class RateMonitor:
-    """Samples per second of vehicle time over the last 2 s."""
+    """Samples per second of vehicle time over the last 2 s: those that came, and those that were sent."""
 
-    __slots__ = ("_stamps",)
+    __slots__ = ("_lost", "_lost_in_all", "_stamps")
 
     def __init__(self) -> None:
         self._stamps: deque[int] = deque(maxlen=MOST_IN_WINDOW)
+        self._lost: deque[int] = deque(maxlen=MOST_IN_WINDOW)
+        self._lost_in_all = 0
 
-    def add(self, stamp_us: int) -> None:
-        """Count a sample; stamps must increase."""
+    def add(self, stamp_us: int, lost: int = 0) -> None:
+        """Count a sample, and those that were lost between it and the one before; stamps must increase."""
+        if len(self._stamps) == MOST_IN_WINDOW:
+            self._forget()
         self._stamps.append(stamp_us)
+        self._lost.append(lost)
+        self._lost_in_all += lost
         while stamp_us - self._stamps[0] > WINDOW_US:
-            self._stamps.popleft()
+            self._forget()
+
+    def _forget(self) -> None:
+        self._stamps.popleft()
+        self._lost_in_all -= self._lost.popleft()
 
     @property
     def full(self) -> bool:
@@ -52,9 +62,19 @@ class RateMonitor:
             return 0.0
         return 1e6 * (len(self._stamps) - 1) / (self._stamps[-1] - self._stamps[0])
 
+    @property
+    def sent_hz(self) -> float:
+        """At which the vehicle sends, lost samples counted; 0 before the second sample."""
+        if len(self._stamps) < 2:
+            return 0.0
+        sent = len(self._stamps) - 1 + self._lost_in_all - self._lost[0]
+        return 1e6 * sent / (self._stamps[-1] - self._stamps[0])
+
     def clear(self) -> None:
         """Forget all samples (the vehicle's clock has restarted)."""
         self._stamps.clear()
+        self._lost.clear()
+        self._lost_in_all = 0
 
 
 class DelayMonitor:
@@ -170,9 +190,10 @@ class LinkGate:
     """Whether the link is as fast and as prompt as the design needs (docs/interfaces.md, What must hold before it
     injects).
 
-    Injecting may begin at 95 % of the design's rate and goes on down to 90 %; the median delay must not exceed
-    `delay_samples + 1`, its 95th percentile not `delay_samples + delay_margin_samples`. A vehicle that may have been
-    without our corrections for longer than it holds them breaks it off at once.
+    Injecting may begin at 95 % of the design's rate, and goes on while the vehicle sends at 90 % of it and 75 % come:
+    what is lost on the way is bridged, or a gap. The median delay must not exceed `delay_samples + 1`, its 95th
+    percentile not `delay_samples + delay_margin_samples`. A vehicle that may have been without our corrections for
+    longer than it holds them breaks it off at once.
     """
 
     __slots__ = (
@@ -236,9 +257,11 @@ class LinkGate:
     def _complaint(self) -> str:
         if not self.rate.full:
             return "measuring the link"
-        share = STILL_FULL if self._hysteresis.good else FULL_RATE
-        if self.rate.hz < share * self._rate_hz:
-            return f"rate {self.rate.hz:.0f} Hz below {share * self._rate_hz:.0f} Hz"
+        sent, comes = self.rate.sent_hz, self.rate.hz
+        asked = ((sent, STILL_FULL), (comes, STILL_COMES)) if self._hysteresis.good else ((comes, FULL_RATE),)
+        for hz, share in asked:
+            if hz < share * self._rate_hz:
+                return f"rate {hz:.0f} Hz below {share * self._rate_hz:.0f} Hz"
         median, late = self.delay_median, self.delay.percentile(LATE)
         if late >= UNKNOWN_AGE:
             return "vehicle reports no delay"

@@ -37,6 +37,24 @@ def test_injecting_does_not_begin_below_95_percent_of_the_rate(kept, good):
     assert gate_after([1] * len(stamps), stamps).good is good
 
 
+@pytest.mark.parametrize(
+    ("kept", "told", "good"), [(0.8, True, True), (0.8, False, False), (0.97, False, True), (0.7, True, False)]
+)
+def test_once_injecting_samples_that_are_lost_on_the_way_are_no_lower_rate(kept, told, good):
+    """`told`: as samples that were lost. Otherwise it is a vehicle that sends more slowly."""
+    gate = gate_after([1] * 900)
+    lost = np.random.default_rng(5).random(1500) >= kept
+    before = 899
+    for k in np.flatnonzero(~lost) + 900:
+        gate.rate.add(int(k) * DT_US, int(k - before - 1) if told else 0)
+        gate.delay.add(int(k) * DT_US, 1)
+        gate.judge(int(k) * DT_US)
+        before = k
+    assert gate.good is good
+    assert gate.rate.hz == pytest.approx(250.0 * kept, rel=0.05)
+    assert not told or gate.rate.sent_hz == pytest.approx(250.0, rel=0.01)
+
+
 @pytest.mark.parametrize(("delay", "good"), [(1, True), (2, True), (3, False)])
 def test_the_median_delay_may_exceed_the_design_by_one_sample(delay, good):
     gate = gate_after([delay] * 900)
