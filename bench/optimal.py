@@ -75,6 +75,7 @@ def _wanted(case: Case) -> Wanted:
         peak=auto.largest_peak,
         delay_margin=auto.least_delay_margin,
         slowest_s=auto.largest_mode_s,
+        moment_hz=auto.moment_rate_hz,
     )
 
 

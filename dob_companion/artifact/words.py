@@ -24,6 +24,7 @@ _STATED = (
     (LARGEST_DISTURBANCE, "largest disturbance", ".3f"),
     ("attenuation", "attenuation", ".2f"),
     ("attenuation_limit", "attenuation of any observer", ".2f"),
+    ("misreading", "share of a moment misread", ".3f"),
 )
 """Rows for what a spec need not say: shown where one does."""
 

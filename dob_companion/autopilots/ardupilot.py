@@ -22,6 +22,8 @@ from dob_companion.autopilots.transfer import (
 )
 
 LOOP_RATE, GYRO_FILTER = "SCHED_LOOP_RATE", "INS_GYRO_FILTER"
+SCRIPT_HZ = 180.0
+"""So often deploy/ardupilot/dob_correction.lua ran beside a main loop of 400 Hz (docs/ardupilot.md)."""
 QUADPLANE = "Q_ENABLE"
 """Whether a plane hovers on rotors besides."""
 _AXES = {"roll": "RLL", "pitch": "PIT", "yaw": "YAW"}
@@ -51,6 +53,7 @@ def ardupilot(prefix: str) -> Autopilot:
         names=(*gains, angle, boost, LOOP_RATE, GYRO_FILTER, *notches, *quadplane),
         attitude_gain=angle,
         delay_samples=2,
+        moment_rate_hz=SCRIPT_HZ,
         loop=lambda parameters, axis: _loop(parameters, axis, prefix),
     )
 

@@ -37,6 +37,8 @@ class Autopilot:
     attitude_gain  the parameter of the attitude loop in roll and pitch, 1/s
     delay_samples  least of a design for it: what its link and loop were seen to take at 250 Hz
     loop           reads one of AXES. Raises InputError that names a parameter
+    moment_rate_hz how often a program beside its controller was seen to read the applied moment; None where its own
+                   controller tells that of each sample
     """
 
     name: str
@@ -45,6 +47,7 @@ class Autopilot:
     attitude_gain: str
     delay_samples: int
     loop: Callable[[Parameters, str], RateLoop]
+    moment_rate_hz: float | None = None
 
 
 def nonzero(parameters: Parameters, names: tuple[str, ...], what: str) -> tuple[str, ...]:

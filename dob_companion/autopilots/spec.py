@@ -64,11 +64,18 @@ def spec_text(
         f"disturbance_corner_hz = {CORNER_HZ}   # assumed: gusts",
         f"noise_rms = {number(noise_rms.value)}   # rad/s; {noise_rms.source}",
         f"least_disk_margin = {DISK_MARGIN}   # of the loop with the observer; more, where C and plant allow it",
+        *_readings(autopilot),
         f"attitude_gain = {number(attitude)}   # {parameters.said(autopilot.attitude_gain)}",
     ]
     for axis, loop in loops.items():
         lines += ["", *_block(axis, loop, aircraft, parameters.source)]
     return "\n".join(lines) + "\n"
+
+
+def _readings(autopilot: Autopilot) -> Iterator[str]:
+    if autopilot.moment_rate_hz is not None:
+        why = "so often its script was seen to read what acts; `tune` measures it"
+        yield f"moment_rate_hz = {number(autopilot.moment_rate_hz)}   # {why}"
 
 
 def _head(autopilot: Autopilot, parameters: Parameters, loops: Mapping[str, RateLoop]) -> Iterator[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from dob_companion import __version__
-from dob_companion.autopilots import Parameters, parse_parameters
+from dob_companion.autopilots import Parameters, Sourced, parse_parameters
 from dob_companion.cli.daemon import configured
 from dob_companion.cli.excite import excite
 from dob_companion.cli.excited import Excited, beside, link_delay
@@ -116,10 +116,16 @@ def of_logs(paths: Sequence[Path], options: Options, config: Path | None = None)
         controllers = _controllers(records[-1], found.usable, options)
         delays = [said.delay for said in excited if said is not None and said.delay is not None]
         late = link_delay(options.delay, max(delays, key=lambda each: each.value, default=None), controllers)
-        text = spec_text(found, controllers, surroundings, late, options.rate_hz)
+        text = spec_text(found, controllers, surroundings, late, options.rate_hz, _read_hz(records))
     except InputError as problem:
         return outcome(spec=None, why=str(problem))
     return outcome(spec=text)
+
+
+def _read_hz(records: Sequence[Record]) -> Sourced | None:
+    """How often the applied moment is read, by the record in which that was least often."""
+    read = [hz for record in records if (hz := record.moment_read_hz) is not None]
+    return Sourced(min(read), "measured: so often the script reads what acts") if read else None
 
 
 def table(outcome: Outcome) -> str:

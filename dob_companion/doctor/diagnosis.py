@@ -16,7 +16,7 @@ from dob_companion.doctor.streamlog import StreamLog
 from dob_companion.mavlink import Input
 from dob_companion.mavlink.profiles import AgeSource
 from dob_companion.mavlink.signing import Signature
-from dob_companion.observer import missing_samples
+from dob_companion.observer import MISREAD, misread_by, missing_samples
 from dob_companion.supervisor import percentile
 from dob_companion.supervisor.monitors import FULL_RATE, LATE
 
@@ -28,6 +28,8 @@ OWN_RATE = 0.6
 """Least rate, of the design's, of a moment that is read beside the rate controller and comes when it is read: what
 `identify` wants. How long none may come is judged by the design."""
 NOTABLE_SHARE = 0.01
+NEAR = 1.5
+"""Share of MISREAD that is still well: how often a script runs changes from minute to minute."""
 MOST_SHOWN = 5
 """Numbers of unknown messages that are listed."""
 
@@ -225,6 +227,7 @@ def _stamps(heard: Listening, design: DobDesign | None) -> Iterator[Finding]:
                 )
     if design:
         yield from _silences(heard, design)
+        yield from _readings(heard, design)
     if heard.clocks.why:
         remedy = "stamp both with the time of the gyro sample (docs/interfaces.md, the vehicle)"
         yield Finding(Verdict.MISSING, "clock", heard.clocks.why, remedy)
@@ -246,6 +249,22 @@ def _silences(heard: Listening, design: DobDesign) -> Iterator[Finding]:
             text += f"; {too_long} times longer, a fade each time"
         remedy = "a lossy or overfull link, or a vehicle that sends too rarely" if too_long else ""
         yield Finding(Verdict.NOTE if too_long else Verdict.OK, "silence", text, remedy)
+
+
+def _readings(heard: Listening, design: DobDesign) -> Iterator[Finding]:
+    """Whether the design bears that the moment is read beside the controller, as often as that is done."""
+    wanted = heard.profile.stream(Input.MOMENT)
+    stream = heard.stream(wanted.name)
+    if not wanted.unasked or stream is None or not stream.stamped:
+        return
+    hz = stream.rate_by_stamp_hz
+    share = misread_by(design, hz)
+    text = f"the moment is read {hz:.0f} times a second; what that misses comes back as {share:.2g} of it"
+    if share <= MISREAD * NEAR:
+        yield Finding(Verdict.OK, "readings", text)
+    else:
+        remedy = f"design with moment_rate_hz = {hz:.0f} in [auto]: above {MISREAD:g} this one may ring"
+        yield Finding(Verdict.NOTE, "readings", text, remedy)
 
 
 def _drift(stream: StreamLog) -> Iterator[Finding]:

@@ -83,3 +83,11 @@ class Record:
     rates_filtered: bool | None = None
     moment_read_late_s: float | None = None
     remarks: tuple[str, ...] = ()
+
+    @property
+    def moment_read_hz(self) -> float | None:
+        """How often the moment was read by a program beside the controller; None where none did."""
+        times = self.moment.time
+        if self.moment_read_late_s is None or len(times) < 2:
+            return None
+        return float((len(times) - 1) / (times[-1] - times[0]))

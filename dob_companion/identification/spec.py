@@ -49,8 +49,10 @@ def spec_text(
     surroundings: Mapping[str, Surroundings | None],
     delay_samples: Sourced,
     rate_hz: float,
+    moment_rate_hz: Sourced | None = None,
 ) -> str:
-    """TOML for `design --auto`, of all usable axes.
+    """TOML for `design --auto`, of all usable axes. `moment_rate_hz`: where the applied moment was read beside the
+    controller, how often.
 
     Raises InputError where none is usable, or where the loop of an axis is unstable already by these numbers.
     """
@@ -70,7 +72,7 @@ def spec_text(
     _require_same_loop(baseline, found, controllers.attitude_gain.value)
     margin = _baseline_margin(baseline)
     own = _own(baseline, surroundings)
-    return "\n".join([*head, *_auto(surroundings, controllers, margin), *blocks(own)]) + "\n"
+    return "\n".join([*head, *_auto(surroundings, controllers, margin, moment_rate_hz), *blocks(own)]) + "\n"
 
 
 def _model(found: Identification, axis: str) -> AxisModel:
@@ -102,7 +104,10 @@ def _design(rate_hz: float, delay_samples: Sourced) -> Iterator[str]:
 
 
 def _auto(
-    surroundings: Mapping[str, Surroundings | None], controllers: Controllers, margin: tuple[str, float]
+    surroundings: Mapping[str, Surroundings | None],
+    controllers: Controllers,
+    margin: tuple[str, float],
+    moment_rate_hz: Sourced | None,
 ) -> Iterator[str]:
     seen = {axis: around for axis, around in surroundings.items() if around is not None}
     weakest, baseline = margin
@@ -118,6 +123,8 @@ def _auto(
         yield f"noise_rms = {number(_round(seen[noisiest].noise_rms.value))}   # rad/s; measured, {noisiest}"
     asked = min(max(MARGIN_KEPT * baseline, LEAST_MARGIN), MOST_MARGIN)
     yield f"least_disk_margin = {number(_round(asked))}   # {weakest} has {baseline:.3f} without observer"
+    if moment_rate_hz is not None:
+        yield f"moment_rate_hz = {moment_rate_hz.value:.0f}   # {moment_rate_hz.source}"
     yield f"attitude_gain = {number(controllers.attitude_gain.value)}   # {controllers.attitude_gain.source}"
     yield ""
 

@@ -36,6 +36,7 @@ ATTENUATIONS = {
     "attenuation": RELATIVE,
     **{f"attenuation_at_{gain:g}": RELATIVE for gain in GAINS},
     "attenuation_limit": 1e-3,
+    "misreading": RELATIVE,
 }
 """Findings of a stated weather, and how accurately each is searched for."""
 

@@ -18,6 +18,7 @@ from tests.autopilots.firmware import OVERSAMPLED, AcPid, Px4Rate, answer, ardup
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data" / "parameters"
+PARAMETERS = ("copter.param", "tailsitter.param", "quad.params")
 GIVEN = Aircraft(gains={"": 100.0})
 TWO = Sourced(2, "given")
 WEIGHTS = """
@@ -70,6 +71,11 @@ def test_the_controllers_of_default_parameters_are_those_of_the_example_but_for_
         for hz in (0.1, 3.0, 30.0):
             mine, theirs = (value(each["controller"], hz) for each in (block, shown[axis]))
             assert mine == pytest.approx(theirs, rel=1e-5)
+
+
+def test_ardupilots_moment_is_read_by_its_script_and_px4s_is_told_of_each_sample():
+    read = {file: tomllib.loads(made(parameters(file)))["auto"].get("moment_rate_hz") for file in PARAMETERS}
+    assert read == {"copter.param": 180, "tailsitter.param": 180, "quad.params": None}
 
 
 def test_a_tail_sitters_controllers_are_those_of_its_example():

@@ -2,11 +2,14 @@
 
 import heapq
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega
 from pymavlink.dialects.v20 import common as mav
 
+from dob_companion.artifact import StateSpaceData
 from dob_companion.cli.doctor import _as_text
 from dob_companion.doctor.diagnosis import Verdict
 from dob_companion.doctor.streamlog import StreamLog
@@ -318,6 +321,23 @@ def test_signs_are_judged_where_the_vehicle_moves(kind, sign, said):
     diagnosis, _ = road.listen(4.0)
     assert said in texts(diagnosis, "signs")
     assert diagnosis.fit == (sign > 0)
+
+
+@pytest.mark.parametrize(("pole", "well"), [(0.5, False), (0.97, True)])
+def test_a_design_that_takes_a_moment_for_known_that_is_read_now_and_then_is_told_of(pole, well):
+    """d_hat(k+1) = pole d_hat(k) + (1 - pole) (y_n(k) - u_e(k)), of a plant of gain 1 in a loop of gain 0.1."""
+    design = small_design(axes=("roll",))
+    observer = StateSpaceData([[pole]], [[1.0 - pole, pole - 1.0]], [[1.0]], [[0.0, 0.0]])
+    design = replace(design, blocks=(replace(design.blocks[0], observer=observer),))
+    road = ReadByScript(design=design, autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA, steps_us=(2500, 5000))
+    diagnosis, _ = road.listen(4.0)
+    (finding,) = (each for each in diagnosis.findings if each.topic == "readings")
+    w = np.linspace(0.01, np.pi, 500)
+    back = (1.0 - pole) / np.abs(np.exp(1j * w) - pole) / 1.1 * (1.0 - np.sinc(w / (2 * np.pi * 0.004 * 177.8)) ** 2)
+    assert f"comes back as {np.max(back):.2g} of it" in finding.text
+    assert ("moment_rate_hz = 178" in finding.remedy) is not well
+    asked, _ = Road(design=design).listen()
+    assert not texts(asked, "readings")
 
 
 def test_signs_that_cannot_be_known_are_said_to_be_unknown():

@@ -55,6 +55,16 @@ def wind(corner, rms=0.02):
     return Surroundings(noise_rms=about(0.002), disturbance_rms=about(rms), corner_hz=about(corner), windows=9)
 
 
+def test_how_often_the_moment_was_read_is_stated_where_it_was_read():
+    found = identified(roll=model(306.0))
+    text = spec_text(
+        found, by_parameters(copter(), ("roll",)), {}, TWO, 250.0, moment_rate_hz=Sourced(178.8, "measured")
+    )
+    assert "moment_rate_hz = 179   # measured" in text
+    assert parse_spec(text).auto.moment_rate_hz == 179.0
+    assert "moment_rate_hz" not in spec_text(found, by_parameters(copter(), ("roll",)), {}, TWO, 250.0)
+
+
 def test_plants_controllers_bounds_and_weather_are_those_that_were_found():
     found = identified(roll=model(306.0), pitch=None, yaw=model(14.5, lag=0.0))
     controllers = by_parameters(copter(), found.usable)

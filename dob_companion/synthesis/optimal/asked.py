@@ -18,5 +18,6 @@ def wanted_of(auto: AutoSpec, slack: float) -> Wanted:
         peak=None if auto.largest_peak is None else auto.largest_peak / slack,
         delay_margin=auto.least_delay_margin,
         slowest_s=auto.largest_mode_s / slack,
+        moment_hz=auto.moment_rate_hz,
         gains=auto.gains,
     )

@@ -28,6 +28,7 @@ from scipy import linalg, sparse
 from dob_companion.errors import UnsolvableError
 from dob_companion.lti.response import response
 from dob_companion.lti.statespace import diagonal
+from dob_companion.observer.readings import MISREAD, missed
 from dob_companion.synthesis.norms.structured import structured_bounds
 from dob_companion.synthesis.optimal.poles import sections
 from dob_companion.synthesis.optimal.problem import Block, Spectrum, Wanted, grid
@@ -214,16 +215,21 @@ class Programme:
         scales = structured_bounds(self._sensitivity(X) - 0.5 * self.unit)[1]
         disk = _Cuts(False, 1.0 / self.wanted.disk_margin, [], [])
         peak = _Cuts(False, self.wanted.peak or np.inf, [], [])
+        readings = _Cuts(False, MISREAD, [], [])
         delay = _Cuts(True, ROOM, [], [])
         y = None
         for _ in range(MOST_ROUNDS):
-            y = _cone_programme(A, c, [cuts for cuts in (disk, peak, delay) if cuts.offsets], rows, self.wanted)
+            y = _cone_programme(
+                A, c, [cuts for cuts in (disk, peak, readings, delay) if cuts.offsets], rows, self.wanted
+            )
             if y is None:
                 return None
             X = np.asarray(np.einsum("wfip,f->wip", basis, y))
             broken = self._cut_disk(disk, X, basis, scales)
             if self.wanted.peak is not None:
                 broken |= self._cut_peak(peak, X, basis)
+            if self.wanted.moment_hz is not None:
+                broken |= self._cut_readings(readings, self.wanted.moment_hz, X, basis)
             for j in range(1, self.wanted.delay_margin + 1):
                 broken |= self._cut_delay(delay, j, X, basis, scales)
             if not broken:
@@ -252,6 +258,16 @@ class Programme:
         for k in at:
             cuts.offsets.append(0.0)
             cuts.slopes.append(np.einsum("i,fip,p->f", U[k, :, 0].conj(), basis[k], Vh[k, 0].conj()))
+        return len(at) > 0
+
+    def _cut_readings(self, cuts: _Cuts, moment_hz: float, X: Complex, basis: Complex) -> bool:
+        left = missed(self.angles, self.dt, moment_hz)[:, None, None] * self.S * self.late.swapaxes(1, 2)
+        U, sizes, Vh = np.linalg.svd(left @ X @ self.G)
+        at = _tops(sizes[:, 0] / cuts.size - 1.0)
+        for k in at:
+            cuts.offsets.append(0.0)
+            right = self.G[k] @ Vh[k, 0].conj()
+            cuts.slopes.append(np.einsum("i,fip,p->f", U[k, :, 0].conj() @ left[k], basis[k], right))
         return len(at) > 0
 
     def _cut_delay(self, cuts: _Cuts, j: int, X: Complex, basis: Complex, scales: Array) -> bool:

@@ -124,6 +124,7 @@ class Wanted:
     peak           largest gain of n -> d_hat at any frequency, normalized torque per rad/s; None for any
     delay_margin   least, in further whole samples that the vehicle does not report
     slowest_s      time constant that no mode of the observer may exceed, s
+    moment_hz      how often the applied moment is read (`observer.readings`); None where that of each sample is told
     gains          of the plant, beside 1, over which the attitude error is made small as well
     """
 
@@ -133,6 +134,7 @@ class Wanted:
     peak: float | None = None
     delay_margin: int = 2
     slowest_s: float = 0.5
+    moment_hz: float | None = None
     gains: tuple[float, ...] = (0.7, 1.3)
 
 

@@ -1,8 +1,9 @@
 """For fixed poles the best numerator is a cone programme: few unknowns, no other minimum than the best one.
 
 F = z^k b(z) / a(z), deg b = deg a - k, is linear in b, and on the exact model all that is asked is convex in F: the
-disk margin |S T_f - 1/2| <= 1/margin and a peak |F M| are disks at each angle, gyro noise in the correction is a norm,
-and 1 - (1 - z^-j) T, which must not circle the origin for a delay of j samples that nobody reports, stays right of it.
+disk margin |S T_f - 1/2| <= 1/margin, a peak |F M| and what readings of the moment miss, |S T| times that share, are
+disks at each angle, gyro noise in the correction is a norm, and 1 - (1 - z^-j) T, which must not circle the origin for
+a delay of j samples that nobody reports, stays right of it.
 
 Right of it is more than is needed: a line between it and the origin may stand at any slant, as long as the slants of
 all angles together do not turn once around. Where an F is known that keeps the limits, lines are set across its own
@@ -23,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
 
+from dob_companion.observer.readings import MISREAD, missed
 from dob_companion.synthesis.optimal.factors import Factors
 from dob_companion.synthesis.optimal.limits import Limit
 from dob_companion.synthesis.optimal.poles import FARTHEST, sections, slopes
@@ -34,7 +36,7 @@ Complex = NDArray[np.complex128]
 ROOM = 0.02
 """Distance that 1 - (1 - z^-j) T keeps from the imaginary axis, and T_f where it is held to the right of it."""
 
-DELAY = "delay margin"
+DELAY, READINGS = "delay margin", "readings of the moment"
 
 Band = tuple[float, float]
 """Angles from and to, rad per sample."""
@@ -261,6 +263,9 @@ def _limits(on: Responses, wanted: Wanted, right: tuple[Band, ...]) -> list[Limi
     limits = [Limit("disk margin", S - 0.5, -S * forward, 1.0 / wanted.disk_margin)]
     if wanted.peak is not None:
         limits.append(Limit("peak of the noise", np.zeros_like(S), on.M, wanted.peak))
+    if wanted.moment_hz is not None:
+        share = missed(on.angles, on.dt, wanted.moment_hz)
+        limits.append(Limit(READINGS, np.zeros_like(S), share * S * forward, MISREAD))
     for half in range(2, 2 * wanted.delay_margin + 1):  # half samples between: a delay need not be whole
         late = np.exp(-0.5j * half * on.angles)
         limits.append(Limit(DELAY, np.ones_like(S), -(1.0 - late) * forward, ROOM, half_plane=True))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from dob_companion.errors import UnsolvableError
 from dob_companion.lti.gramian import gramian
 from dob_companion.lti.response import largest, response, spectral_radius
+from dob_companion.observer.readings import MISREAD, misreading
 from dob_companion.synthesis.numeric import numbers_judged
 from dob_companion.synthesis.optimal.asked import spectrum_of
 from dob_companion.synthesis.optimal.bound import attenuation_limit
@@ -39,6 +40,9 @@ GAINS = (0.7, 1.3)
 POINTS = 4000
 """Angles of `grid` over which the attitude error is summed."""
 
+AGAIN = 1.05
+"""Share of a limit to which an observer that was solved again for weights of its own may come."""
+
 
 def attenuation_findings(problem: Problem, observer: Any, auto: AutoSpec, disk_margin: float) -> dict[str, object]:
     """What a certificate says of the attenuation (docs/interfaces.md); `disk_margin` is the observer's own.
@@ -61,6 +65,8 @@ def _findings(problem: Problem, observer: Any, auto: AutoSpec, disk_margin: floa
     if nominal is None:
         return found | {"attenuation_absent": "the attitude loop is unstable, or has no finite error"}
     found["attenuation"] = nominal
+    if auto.moment_rate_hz is not None:
+        found["misreading"] = misreading(problem, observer, problem.delays, problem.dt, auto.moment_rate_hz)
     found["attenuation_at_gains"] = {f"{g:g}": attenuation(problem, observer, auto, spectrum, g) for g in GAINS}
     wanted = _taken(observer, len(problem.plant.C), auto, disk_margin)
     try:
@@ -74,6 +80,12 @@ def _findings(problem: Problem, observer: Any, auto: AutoSpec, disk_margin: floa
     at = {"disk_margin": wanted.disk_margin, "noise": wanted.noise}
     at |= {} if wanted.peak is None else {"noise_gain": wanted.peak}
     return found | {"attenuation_limit": limit, "attenuation_limit_at": at}
+
+
+def reads_well(problem: Problem, observer: Any, auto: AutoSpec) -> bool:
+    """Whether `misreading` is within MISREAD, as near as an observer solved again for its weights comes to it."""
+    hz = auto.moment_rate_hz
+    return hz is None or misreading(problem, observer, problem.delays, problem.dt, hz) <= MISREAD * AGAIN
 
 
 def attenuation(problem: Problem, observer: Any, auto: AutoSpec, spectrum: Spectrum, gain: float = 1.0) -> float | None:
@@ -102,6 +114,8 @@ def weather_record(auto: AutoSpec) -> dict[str, object]:
         record["disturbance_rms"] = auto.disturbance_rms
     if auto.largest_peak is not None:
         record["largest_noise_gain"] = auto.largest_peak
+    if auto.moment_rate_hz is not None:
+        record["moment_rate_hz"] = auto.moment_rate_hz
     return record
 
 

@@ -77,6 +77,7 @@ def looser(a: Wanted, b: Wanted) -> bool:
         and (a.peak or np.inf) >= (b.peak or np.inf)
         and a.delay_margin <= b.delay_margin
         and a.slowest_s >= b.slowest_s
+        and (a.moment_hz or np.inf) >= (b.moment_hz or np.inf)
     )
 
 

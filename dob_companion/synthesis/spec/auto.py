@@ -25,6 +25,7 @@ KEYS = (
     "largest_noise_in_correction",
     "largest_noise_gain",
     "largest_slowest_mode_s",
+    "moment_rate_hz",
     "attitude_gain",
     "gains",
 )
@@ -65,6 +66,7 @@ class AutoSpec:
     largest_noise     RMS of the correction that gyro noise alone causes, normalized torque, the worst axis
     largest_mode_s    time constant of the observer's slowest mode, s
     largest_peak      gain of n -> d_hat at any frequency, normalized torque per rad/s; None for any
+    moment_rate_hz    how often the applied moment is read beside the controller; None where that of each sample is told
     attitude_gain     rate asked for per attitude error by the loop around the rate loop, 1/s; 0 for none
     gains             of the plant, beside 1, over which the attitude error is made small as well
     """
@@ -81,6 +83,7 @@ class AutoSpec:
     spectrum: Shape
     disturbance_rms: float | None = None
     largest_peak: float | None = None
+    moment_rate_hz: float | None = None
     gains: tuple[float, ...] = GAINS
 
     @property
@@ -106,6 +109,7 @@ def parse_auto(table: Table, rate_hz: float) -> AutoSpec:
         spectrum=shape,
         disturbance_rms=_positive(table, "disturbance_rms") if "disturbance_rms" in table else None,
         largest_peak=_positive(table, "largest_noise_gain") if "largest_noise_gain" in table else None,
+        moment_rate_hz=_positive(table, "moment_rate_hz") if "moment_rate_hz" in table else None,
         gains=_gains(table),
     )
 

@@ -16,12 +16,14 @@ from dob_companion.synthesis.design import design_block
 from dob_companion.synthesis.optimal.asked import spectrum_of
 from dob_companion.synthesis.optimal.bound import AttenuationLimits
 from dob_companion.synthesis.optimal.problem import Axis, Block, attenuation
+from dob_companion.synthesis.optimal.reached import reads_well
 from dob_companion.synthesis.optimal.realization import Weights, weights
 from dob_companion.synthesis.optimal.search import Found, Search, allowed_order
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import from_data, to_state_space
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.plant.solvability import require_solvable
+from dob_companion.synthesis.plant.stored import problem_of
 from dob_companion.synthesis.robust.programme import borne, factors
 from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.parse import BlockSpec, Model, Weight
@@ -161,7 +163,7 @@ class _Choice:
                     trouble = failure
                     continue
                 chosen = self.proved(block)
-                if self.asked.excess(chosen) == 0.0 and self._is_quiet(block):
+                if self.asked.excess(chosen) == 0.0 and self._is_quiet(block) and self._reads_well(block):
                     return found, block, chosen
                 trouble = UnsolvableError(_missed(chosen))
                 break
@@ -188,6 +190,9 @@ class _Choice:
         peak = block.certificate.extra["noise_to_estimate_peak"]
         return self.auto.largest_peak is None or (isinstance(peak, float) and peak <= self.auto.largest_peak)
 
+    def _reads_well(self, block: DobBlock) -> bool:
+        return reads_well(problem_of(block, self.dt), from_data(block.observer, self.dt), self.auto)
+
     def refusal(self) -> str:
         """Why nothing keeps the limits, and which of them stands in the way."""
         asked, auto = self.asked.wanted(self.auto, SLACKS[0]), self.auto
@@ -197,6 +202,8 @@ class _Choice:
             f"noise in the correction <= {auto.largest_noise:.3g}": replace(asked, noise=1e6),
             f"slowest mode <= {auto.largest_mode_s:.3g} s": replace(asked, slowest_s=1e3 * self.dt + asked.slowest_s),
         }
+        if asked.moment_hz is not None:
+            loosened[f"the moment read {asked.moment_hz:.4g} times a second"] = replace(asked, moment_hz=None)
         if asked.peak is not None:
             loosened[f"noise gain <= {auto.largest_peak:.3g}"] = replace(asked, peak=None)
         wish = (

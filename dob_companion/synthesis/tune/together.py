@@ -21,11 +21,13 @@ from dob_companion.synthesis.optimal.coupled import Programme, Row, Solved
 from dob_companion.synthesis.optimal.coupled_weights import coupled_weights
 from dob_companion.synthesis.optimal.poles import free
 from dob_companion.synthesis.optimal.problem import Axis, Block, Wanted
+from dob_companion.synthesis.optimal.reached import reads_well
 from dob_companion.synthesis.optimal.search import MOST_ORDER, Search
 from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import from_data, to_state_space
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.plant.solvability import require_solvable
+from dob_companion.synthesis.plant.stored import problem_of
 from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.parse import BlockSpec, Matrices, Model, Weight, Zpk
 from dob_companion.synthesis.tune.best import APART, BACKOFF, HELPS, MARGINS
@@ -164,7 +166,8 @@ class _Choice:
                 except (NotCertifiedError, UnsolvableError) as failure:
                     trouble = failure
                     continue
-                if self.asked.excess(chosen) == 0.0:
+                observer = from_data(block.observer, self.dt)
+                if self.asked.excess(chosen) == 0.0 and reads_well(problem_of(block, self.dt), observer, self.auto):
                     return W_d, c, block, chosen
                 break
         raise trouble

@@ -61,6 +61,8 @@ def random_text(seed):
         auto["gains"] = []
     if rng.random() < 0.3:
         auto["largest_noise_gain"] = 10.0 ** rng.uniform(-1.0, 1.0)
+    if rng.random() < 0.5:
+        auto["moment_rate_hz"] = rng.uniform(100.0, 300.0)
     lines = [f"[design]\nrate_hz = 250.0\ndelay_samples = {vehicle.delay}\n[auto]"]
     lines += [f"{key} = {value}" for key, value in auto.items()]
     lines += ['[[block]]\nname = "any"\naxes = ["roll"]']
@@ -80,6 +82,7 @@ def kept(block, vehicle, asked):
     late = np.exp(-1j * vehicle.delay * ANGLES)
     leak = np.max(np.abs((D_y * G + D_u) * C / (1.0 + C * G)))  # from a rate that is asked for to d_hat
     sensitivity = (1.0 + late * D_u) / (1.0 + late * D_u + (C + late * D_y) * G)
+    missed = -late * D_u / (1.0 + late * D_u + (C + late * D_y) * G)  # from what u_e is misread by to u_e
     power = np.sum(np.gradient(ANGLES) / np.pi * np.abs(D_y) ** 2)  # n -> d_hat: what u_e adds is the leak
     radii = [
         spectral_radius(close(vehicle, D, attitude=False, unseen=k).A[:-1, :-1])
@@ -90,6 +93,9 @@ def kept(block, vehicle, asked):
     assert 1.0 / np.max(np.abs(sensitivity - 0.5)) >= asked.least_disk_margin * (1.0 - 1e-4)
     assert asked.noise_rms * np.sqrt(power) <= asked.largest_noise * 1.001
     assert asked.largest_peak is None or np.max(np.abs(D_y)) <= asked.largest_peak * 1.001
+    if asked.moment_rate_hz is not None:
+        on_a_line = np.sinc(ANGLES / (2.0 * np.pi * DT * asked.moment_rate_hz)) ** 2
+        assert np.max(np.abs(missed) * (1.0 - on_a_line)) <= 0.1 * 1.05
     assert max(radii) < 1.0
     assert radius == 0.0 or -DT / np.log(radius) <= asked.largest_mode_s * 1.001
 
@@ -105,7 +111,9 @@ def is_kept_or_refused(seed):
     except UnsolvableError as reason:
         refused = str(reason)
     if refused:
-        assert re.search(r"in the way: (disk margin|delay margin|noise|slowest|more than one)", refused), refused
+        assert re.search(r"in the way: (disk margin|delay margin|noise|slowest|the moment|more than one)", refused), (
+            refused
+        )
         return False
     kept(block, vehicle, asked.auto)
     found = block.certificate.extra

@@ -22,6 +22,7 @@ from tests.synthesis.paper import DT, PID, PLANT
 NOISE, HEARD, MARGIN = 3.98e-4, 5e-4, 0.4
 MIXER = np.array([[1.0, 0.15, -0.1], [0.1, 1.0, 0.2], [-0.05, 0.1, 1.0]])
 GAINS = (0.6, 1.0, 0.35)
+READ_HZ = 60.0
 
 
 def system(mixer=MIXER):
@@ -52,6 +53,21 @@ def test_every_limit_holds_when_the_loop_is_wired_anew(coupled):
     assert proof.command_leak < 1e-9
     heard = observer.C @ gramian(observer.A, observer.B[:, :3]) @ observer.C.T + observer.D[:, :3] @ observer.D[:, :3].T
     assert np.sqrt(np.max(np.diag(heard))) * NOISE <= HEARD * (1.0 + 1e-6)
+
+
+def test_what_readings_of_the_moments_miss_comes_back_as_a_tenth_of_them_at_most(coupled):
+    plant, controller, *_ = coupled
+    worst = []
+    for hz in (None, READ_HZ):
+        _, best = solved(plant, controller, gains=(), moment_hz=hz)
+        angles = np.linspace(1e-3, np.pi, 1000)
+        D, G, C = (response(each, angles) for each in (best.observer(plant), plant, controller))
+        late, one = np.exp(-1j * angles)[:, None, None], np.eye(3)
+        left = one + late * D[:, :, 3:] + (C + late * D[:, :, :3]) @ G
+        back = np.linalg.norm(np.linalg.solve(left, late * D[:, :, 3:]), 2, axis=(1, 2))
+        worst.append(np.max(back * (1.0 - np.sinc(angles / (2.0 * np.pi * DT * READ_HZ)) ** 2)))
+    assert worst[0] > 0.15
+    assert worst[1] <= 0.1 * 1.01
 
 
 def test_its_order_is_that_of_the_poles_and_its_matrices_are_what_was_solved_for(coupled):

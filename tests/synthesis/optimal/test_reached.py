@@ -10,6 +10,7 @@ from dob_companion.analysis.attained import attained, attained_words
 from dob_companion.artifact import dumps, loads
 from dob_companion.comparison.flight import expect
 from dob_companion.comparison.vehicle import close, no_observer
+from dob_companion.lti.response import response
 from dob_companion.report.attained_bar import WIDTH, attained_bar
 from dob_companion.report.design_page import design_page
 from dob_companion.synthesis import parse_spec, verify
@@ -52,6 +53,18 @@ def designed(weather):
 @pytest.fixture(scope="module")
 def pitch():
     return designed(WEATHER)
+
+
+def test_what_readings_of_the_moment_miss_is_that_of_the_loop_that_they_close():
+    block = designed(WEATHER + "moment_rate_hz = 180.0\n").blocks[0]
+    vehicle, D = vehicle_of("pitch"), from_data(block.observer, 0.004)
+    angles = np.linspace(1e-3, np.pi, 4000)
+    G, C = (np.squeeze(response(each, angles)) for each in (vehicle.plant, vehicle.controller))
+    D_y, D_u = response(D, angles)[:, 0].T
+    late = np.exp(-1j * vehicle.delay * angles)
+    back = late * D_u / (1.0 + late * D_u + (C + late * D_y) * G)
+    expected = np.max(np.abs(back) * (1.0 - np.sinc(angles / (2.0 * np.pi * 0.004 * 180.0)) ** 2))
+    assert block.certificate.extra["misreading"] == pytest.approx(expected, rel=1e-3)
 
 
 def test_the_attenuation_is_that_of_the_closed_loops_lyapunov_equations_at_every_gain(pitch):
