@@ -16,9 +16,9 @@ import control as ct
 from bench._axes import Case, cases
 from bench._searched import searched_design
 from dob_companion.errors import DobError
-from dob_companion.synthesis.optimal.asked import spectrum_of
+from dob_companion.synthesis.optimal.asked import spectrum_of, wanted_of
 from dob_companion.synthesis.optimal.bound import attenuation_limit
-from dob_companion.synthesis.optimal.problem import Axis, Block, Wanted
+from dob_companion.synthesis.optimal.problem import Axis, Block
 from dob_companion.synthesis.optimal.reached import attenuation
 from dob_companion.synthesis.optimal.search import MOST_ORDER, ORDER, Search, usual_order
 from dob_companion.synthesis.plant.minimal import minimal
@@ -51,7 +51,7 @@ def _cells(case: Case) -> Iterator[str]:
     searched = _searched(case)
     yield _flown(problem, case, searched)
     yield f"{time.process_time() - begun:.1f}"
-    wanted = _wanted(case)
+    wanted = wanted_of(asked, 1.0)
     bound = attenuation_limit(Block(plant, controller, problem.delays, asked.attitude_gain), spectrum, wanted)
     yield f"{bound:.2f}"
     for gains, order in (((), MOST_ORDER), (asked.gains, ORDER)):
@@ -64,19 +64,6 @@ def _cells(case: Case) -> Iterator[str]:
         yield f"{100.0 * reached / bound:.1f} %" if reached else ""
         yield str(found.order) if found else ""
     yield f"{took:.1f}"
-
-
-def _wanted(case: Case) -> Wanted:
-    auto = case.asked
-    return Wanted(
-        disk_margin=auto.least_disk_margin,
-        noise=auto.largest_noise,
-        noise_rms=auto.noise_rms,
-        peak=auto.largest_peak,
-        delay_margin=auto.least_delay_margin,
-        slowest_s=auto.largest_mode_s,
-        moment_hz=auto.moment_rate_hz,
-    )
 
 
 def _searched(case: Case) -> Any:

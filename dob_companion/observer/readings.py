@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from dob_companion.artifact import DobDesign
+from dob_companion.artifact import DobBlock, DobDesign
 from dob_companion.lti.response import largest, response
 from dob_companion.lti.statespace import System
 
@@ -53,8 +53,11 @@ def misreading(problem: _Loop, observer: System, delays: Sequence[int], dt: floa
     return float(np.max(back))
 
 
+def misread_in(block: DobBlock, dt: float, moment_hz: float) -> float:
+    """`misreading` of a designed block."""
+    return misreading(block.problem, block.observer, (block.delay_samples,) * len(block.axes), dt, moment_hz)
+
+
 def misread_by(design: DobDesign, moment_hz: float) -> float:
-    """`misreading` of its worst block."""
-    blocks = design.blocks
-    each = ((block.problem, block.observer, (block.delay_samples,) * len(block.axes)) for block in blocks)
-    return max(misreading(*one, design.dt, moment_hz) for one in each)
+    """That of a design's worst block."""
+    return max(misread_in(block, design.dt, moment_hz) for block in design.blocks)

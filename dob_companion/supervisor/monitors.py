@@ -29,26 +29,19 @@ MOST_IN_WINDOW = 16_384
 class RateMonitor:
     """Samples per second of vehicle time over the last 2 s: those that came, and those that were sent."""
 
-    __slots__ = ("_lost", "_lost_in_all", "_stamps")
+    __slots__ = ("_lost", "_stamps")
 
     def __init__(self) -> None:
         self._stamps: deque[int] = deque(maxlen=MOST_IN_WINDOW)
         self._lost: deque[int] = deque(maxlen=MOST_IN_WINDOW)
-        self._lost_in_all = 0
 
     def add(self, stamp_us: int, lost: int = 0) -> None:
         """Count a sample, and those that were lost between it and the one before; stamps must increase."""
-        if len(self._stamps) == MOST_IN_WINDOW:
-            self._forget()
         self._stamps.append(stamp_us)
         self._lost.append(lost)
-        self._lost_in_all += lost
         while stamp_us - self._stamps[0] > WINDOW_US:
-            self._forget()
-
-    def _forget(self) -> None:
-        self._stamps.popleft()
-        self._lost_in_all -= self._lost.popleft()
+            self._stamps.popleft()
+            self._lost.popleft()
 
     @property
     def full(self) -> bool:
@@ -67,14 +60,13 @@ class RateMonitor:
         """At which the vehicle sends, lost samples counted; 0 before the second sample."""
         if len(self._stamps) < 2:
             return 0.0
-        sent = len(self._stamps) - 1 + self._lost_in_all - self._lost[0]
+        sent = len(self._stamps) - 1 + sum(self._lost) - self._lost[0]
         return 1e6 * sent / (self._stamps[-1] - self._stamps[0])
 
     def clear(self) -> None:
         """Forget all samples (the vehicle's clock has restarted)."""
         self._stamps.clear()
         self._lost.clear()
-        self._lost_in_all = 0
 
 
 class DelayMonitor:

@@ -20,14 +20,15 @@ from dob_companion.companion.samples import AHEAD, Arrival, Samples, revisable
 from dob_companion.lti.filters import butterworth
 from dob_companion.observer import GyroModel, ObserverBank, missing_samples
 from dob_companion.synthesis.tune.tuning import tuned_design_from_toml
+from tests.ardupilot.programs import PROGRAMS, UPDATE_S, signal
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ardupilot_copter.toml"
 STEP_S, LOOP, PIECES = 1.0 / 1200.0, 3, (6, 7)
 """The simulator's step, steps of a main loop, and steps that it runs at once."""
-SAMPLE_S, UPDATE_S, LATE_US = 0.004, 0.04, 1250
+SAMPLE_S, LATE_US = 0.004, 1250
 GAIN, SLOW, FILTER = 299.0, 2.05, butterworth(STEP_S, 20.0)
 PROPORTIONAL, INTEGRAL, DERIVATIVE, DERIVATIVE_HZ, ANGLE = 0.135, 0.135, 0.0036, 20.0, 4.5
-STRENGTH, GYRO_NOISE, LIMIT, SKIPPED_S, FADE_S = 6.0, 3e-4, 0.2, 8.0, 0.5
+GYRO_NOISE, LIMIT, SKIPPED_S, FADE_S = 3e-4, 0.2, 8.0, 0.5
 FAST_HZ = (18.0, 45.0)
 BEGIN_US = 1_000_000
 
@@ -101,18 +102,9 @@ class Flown:
     fastest: float
 
 
-def disturbance(seconds: float, rng: np.random.Generator) -> np.ndarray:
-    """rad/s², one for each UPDATE_S."""
-    pole, value, values = np.exp(-2.0 * np.pi * UPDATE_S), 0.0, []
-    for white in rng.standard_normal(int(seconds / UPDATE_S) + 2):
-        value = pole * value + np.sqrt(1.0 - pole**2) * white
-        values.append(STRENGTH * value)
-    return np.array(values)
-
-
-def fly(design: DobDesign | None, seconds: float, loss: float = 0.0, seed: int = 7) -> Flown:
+def fly(design: DobDesign | None, seconds: float, loss: float = 0.0, seed: int = 8) -> Flown:
     """`design` None: without observer."""
-    rng, wind = np.random.default_rng(seed + 1), disturbance(seconds, np.random.default_rng(seed))
+    rng, wind = np.random.default_rng(seed), signal(PROGRAMS["noise-roll"], seconds)
     roll, companion = Roll(), Companion(design) if design else None
     steps = int(seconds / STEP_S)
     angles, corrections = np.zeros(steps), np.zeros(steps)

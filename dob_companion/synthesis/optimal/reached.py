@@ -13,10 +13,11 @@ import control as ct
 import numpy as np
 from numpy.typing import NDArray
 
+from dob_companion.artifact import DobBlock
 from dob_companion.errors import UnsolvableError
 from dob_companion.lti.gramian import gramian
 from dob_companion.lti.response import largest, response, spectral_radius
-from dob_companion.observer.readings import MISREAD, misreading
+from dob_companion.observer.readings import MISREAD, misread_in, misreading
 from dob_companion.synthesis.numeric import numbers_judged
 from dob_companion.synthesis.optimal.asked import spectrum_of
 from dob_companion.synthesis.optimal.bound import attenuation_limit
@@ -82,10 +83,10 @@ def _findings(problem: Problem, observer: Any, auto: AutoSpec, disk_margin: floa
     return found | {"attenuation_limit": limit, "attenuation_limit_at": at}
 
 
-def reads_well(problem: Problem, observer: Any, auto: AutoSpec) -> bool:
+def reads_well(block: DobBlock, dt: float, auto: AutoSpec) -> bool:
     """Whether `misreading` is within MISREAD, as near as an observer solved again for its weights comes to it."""
     hz = auto.moment_rate_hz
-    return hz is None or misreading(problem, observer, problem.delays, problem.dt, hz) <= MISREAD * AGAIN
+    return hz is None or misread_in(block, dt, hz) <= MISREAD * AGAIN
 
 
 def attenuation(problem: Problem, observer: Any, auto: AutoSpec, spectrum: Spectrum, gain: float = 1.0) -> float | None:

@@ -23,7 +23,6 @@ from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import from_data, to_state_space
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.plant.solvability import require_solvable
-from dob_companion.synthesis.plant.stored import problem_of
 from dob_companion.synthesis.robust.programme import borne, factors
 from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.parse import BlockSpec, Model, Weight
@@ -163,7 +162,7 @@ class _Choice:
                     trouble = failure
                     continue
                 chosen = self.proved(block)
-                if self.asked.excess(chosen) == 0.0 and self._is_quiet(block) and self._reads_well(block):
+                if self.asked.excess(chosen) == 0.0 and self._is_quiet(block) and reads_well(block, self.dt, self.auto):
                     return found, block, chosen
                 trouble = UnsolvableError(_missed(chosen))
                 break
@@ -189,9 +188,6 @@ class _Choice:
     def _is_quiet(self, block: DobBlock) -> bool:
         peak = block.certificate.extra["noise_to_estimate_peak"]
         return self.auto.largest_peak is None or (isinstance(peak, float) and peak <= self.auto.largest_peak)
-
-    def _reads_well(self, block: DobBlock) -> bool:
-        return reads_well(problem_of(block, self.dt), from_data(block.observer, self.dt), self.auto)
 
     def refusal(self) -> str:
         """Why nothing keeps the limits, and which of them stands in the way."""

@@ -27,7 +27,6 @@ from dob_companion.synthesis.plant.minimal import minimal
 from dob_companion.synthesis.plant.models import from_data, to_state_space
 from dob_companion.synthesis.plant.problem import Problem
 from dob_companion.synthesis.plant.solvability import require_solvable
-from dob_companion.synthesis.plant.stored import problem_of
 from dob_companion.synthesis.spec.auto import AutoSpec
 from dob_companion.synthesis.spec.parse import BlockSpec, Matrices, Model, Weight, Zpk
 from dob_companion.synthesis.tune.best import APART, BACKOFF, HELPS, MARGINS
@@ -166,8 +165,7 @@ class _Choice:
                 except (NotCertifiedError, UnsolvableError) as failure:
                     trouble = failure
                     continue
-                observer = from_data(block.observer, self.dt)
-                if self.asked.excess(chosen) == 0.0 and reads_well(problem_of(block, self.dt), observer, self.auto):
+                if self.asked.excess(chosen) == 0.0 and reads_well(block, self.dt, self.auto):
                     return W_d, c, block, chosen
                 break
         raise trouble
